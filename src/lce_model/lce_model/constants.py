@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Physical constants shared by the model terms."""
+
+from typing import Final
+
+from scipy.constants import Boltzmann, zero_Celsius
+
+KELVIN: Final[float] = zero_Celsius
+"""0 °C in kelvin."""
+
+BOLTZMANN: Final[float] = Boltzmann
+"""Boltzmann constant k_B [J/K]; the seed rounds it to 1.38e-23."""

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Phase transition on its way to equilibrium: the seed's chapter 5, (5.1)–(5.9).
+
+    dx = [w13 (1 - x) - w31 x] |dT|
+
+heating:  w13 = Cf1 Δ32 e^(-E21/kT),              w31 = (Cr1 Δ21 + Cr2 Δ21²) e^(-E23/kT)
+cooling:  w13 = (Cf1 Δ32 + Cf2 Δ32²) e^(-E21/kT), w31 = Cr1 Δ21 e^(-E23/kT)
+
+Both branches advance with |dT| (as printed, with dT < 0 on cooling, the dominant term would lower x), the cooling
+branch uses its own Cr1, and Q̄0 is the order at the reference temperature instead of 1; docs/physics.md has the
+computation. A0, B, C have one value for heating (``_r``) and one for cooling (``_f``). The model is rate-independent.
+"""
+
+import math
+
+from numba.extending import register_jitable
+
+from lce_model.constants import BOLTZMANN
+from lce_model.landau import clearing_temperature, free_energy, wells
+from lce_model.terms import Parameter, Term
+
+
+@register_jitable
+def _rates(
+    temperature: float, a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float
+) -> tuple[float, float]:
+    """(w13, w31) [1/K] between T* and T1."""
+    q2, q3 = wells(temperature, a0, b, c, t_star)
+    barrier = free_energy(q2, temperature, a0, b, c, t_star)
+    depth = free_energy(q3, temperature, a0, b, c, t_star)
+    thermal = 1.0 / (BOLTZMANN * temperature)
+    gap = q3 - q2
+    w13 = (f1 + f2 * gap) * gap * math.exp(-barrier * thermal)
+    w31 = (r1 + r2 * q2) * q2 * math.exp((depth - barrier) * thermal)
+    return w13, w31
+
+
+@register_jitable
+def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, em: float, e1: float) -> float:
+    """Solve dx/dT = k (e - x) over ``length`` from values at its beginning, middle and end, fourth order.
+
+    Slow rates: a Magnus step. Fast rates: x follows e closely, and the equation is solved exactly for an e that is
+    quadratic in the integrated rate.
+    """
+    total = length * (k0 + 4.0 * km + k1) / 6.0
+    if total < 0.3:
+        source = length * (k0 * e0 + 4.0 * km * em + k1 * e1) / 6.0
+        twist = length * length * k0 * k1 * (e1 - e0) / 12.0
+        share = -math.expm1(-total) / total if total > 1e-12 else 1.0
+        return x * (1.0 - total * share) + (source + twist) * share
+    middle = length * (5.0 * k0 + 8.0 * km - k1) / 24.0
+    middle = min(max(middle, 0.1 * total), 0.9 * total)
+    slope = (em - e0) / middle
+    bend = ((e1 - em) / (total - middle) - slope) / total
+    slope -= bend * middle
+    before = e0 - slope + 2.0 * bend
+    after = e1 - (slope + 2.0 * bend * total) + 2.0 * bend
+    return after + (x - before) * math.exp(-total)
+
+
+@register_jitable
+def _advance(
+    x: float, t_from: float, t_to: float,
+    a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float,
+) -> float:
+    """x after the path t_from → t_to; 0 above T1 and 1 below T*, where only one phase exists."""
+    t1 = clearing_temperature(a0, b, c, t_star)
+    if t_to >= t1:
+        return 0.0
+    if t_to <= t_star:
+        return 1.0
+    begin = min(max(t_from, t_star), t1)
+    if t_from >= t1:
+        x = 0.0
+    elif t_from <= t_star:
+        x = 1.0
+    f_0, r_0 = _rates(begin, a0, b, c, t_star, f1, f2, r1, r2)
+    f_m, r_m = _rates(0.5 * (begin + t_to), a0, b, c, t_star, f1, f2, r1, r2)
+    f_1, r_1 = _rates(t_to, a0, b, c, t_star, f1, f2, r1, r2)
+    k0, km, k1 = f_0 + r_0, f_m + r_m, f_1 + r_1
+    e0, em, e1 = f_0 / k0, f_m / km, f_1 / k1
+    return min(max(_relax(x, abs(t_to - begin), k0, km, k1, e0, em, e1), 0.0), 1.0)
+
+
+def start(
+    order_temperature: float, a0_r: float, b_r: float, c_r: float, t_star: float, t_ref: float
+) -> tuple[float, float, float]:
+    """Annealed before the first heating: nematic wherever the heating branch allows it."""
+    q3 = wells(order_temperature, a0_r, b_r, c_r, t_star)[1]
+    x = 1.0 if order_temperature < clearing_temperature(a0_r, b_r, c_r, t_star) else 0.0
+    return x, q3, wells(t_ref, a0_r, b_r, c_r, t_star)[1]
+
+
+def step(
+    path_from: float, path_to: float, direction: float, order_temperature: float,
+    fraction: float, reference_order: float,
+    a0_r: float, b_r: float, c_r: float, a0_f: float, b_f: float, c_f: float, t_star: float,
+    cr1_r: float, cr2_r: float, cf1_r: float, cr1_f: float, cf1_f: float, cf2_f: float,
+) -> tuple[float, float, float]:
+    """(x, Q3, Q̄0) after the temperature path of this step."""
+    if direction > 0.0:
+        x = _advance(fraction, path_from, path_to, a0_r, b_r, c_r, t_star, cf1_r, 0.0, cr1_r, cr2_r)
+        return x, wells(order_temperature, a0_r, b_r, c_r, t_star)[1], reference_order
+    x = _advance(fraction, path_from, path_to, a0_f, b_f, c_f, t_star, cf1_f, cf2_f, cr1_f, 0.0)
+    return x, wells(order_temperature, a0_f, b_f, c_f, t_star)[1], reference_order
+
+
+_SOURCE = "(5.10), Amp 0.4, T_h 20 s"
+
+DYNAMIC = Term(
+    name="dynamic",
+    stage="order",
+    equation="dx = [w13 (1-x) - w31 x] |dT|, rates over the Landau-de Gennes barriers by branch",
+    parameters=(
+        Parameter("a0_r", "J/K", 2.3e-22, 2e-23, 5e-21, "slope A0, heating", _SOURCE, "log"),
+        Parameter("b_r", "J", 3.5e-20, 2e-21, 5e-19, "cubic coefficient B, heating", _SOURCE, "log"),
+        Parameter("c_r", "J", 2.0e-20, 2e-21, 5e-19, "quartic coefficient C, heating", _SOURCE, "log"),
+        Parameter("a0_f", "J/K", 6.0e-22, 2e-23, 5e-21, "slope A0, cooling", _SOURCE, "log"),
+        Parameter("b_f", "J", 4.5e-20, 2e-21, 5e-19, "cubic coefficient B, cooling", _SOURCE, "log"),
+        Parameter("c_f", "J", 2.6e-20, 2e-21, 5e-19, "quartic coefficient C, cooling", _SOURCE, "log"),
+        Parameter("t_star", "K", 307.0, 250.0, 400.0, "supercooling temperature T*", _SOURCE),
+        Parameter("cr1_r", "1/K", 29.0, 1e-4, 1e5, "nematic → isotropic, first order, heating", _SOURCE, "log"),
+        Parameter("cr2_r", "1/K", 8.6e-5, 1e-6, 1e5, "nematic → isotropic, second order, heating", _SOURCE, "log"),
+        Parameter("cf1_r", "1/K", 0.7, 1e-5, 1e4, "isotropic → nematic, first order, heating", _SOURCE, "log"),
+        Parameter("cr1_f", "1/K", 1100.0, 1e-4, 1e5, "nematic → isotropic, first order, cooling", _SOURCE, "log"),
+        Parameter("cf1_f", "1/K", 5.0e-4, 1e-5, 1e4, "isotropic → nematic, first order, cooling", _SOURCE, "log"),
+        Parameter("cf2_f", "1/K", 0.3, 1e-5, 1e4, "isotropic → nematic, second order, cooling", _SOURCE, "log"),
+        Parameter("t_ref", "K", 300.0, 250.0, 400.0, "temperature at which λ = 1 on the heating branch",
+                  "§5.4: T from 300 K", fixed=True),
+    ),
+    outputs=("fraction", "well_order", "reference_order"),
+    start=start,
+    step=step,
+)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From the mean order parameter to the displacement of the free end: (4.15), (4.16), (3.1), (6.8)."""
+
+from lce_model.terms import Parameter, Term
+
+
+def stretch(order: float, reference_order: float, alpha: float) -> float:
+    """λ = ((1 + α Q̄)/(1 + α Q̄0))^(1/3) (4.16)."""
+    return float(((1.0 + alpha * order) / (1.0 + alpha * reference_order)) ** (1.0 / 3.0))
+
+
+def displacement(stretch: float, length: float) -> float:
+    """d = L0 (1 - λ) (6.8)."""
+    return length * (1.0 - stretch)
+
+
+STRETCH = Term(
+    name="stretch_law",
+    stage="strain",
+    equation="lambda = ((1 + alpha Q)/(1 + alpha Q0))^(1/3)",
+    parameters=(
+        Parameter("alpha", "1", 1.91, 0.05, 50.0, "deformation coefficient α", "(4.21), Amp 0.2, T_h 30 s", scale="log"),
+    ),
+    outputs=("stretch",),
+    step=stretch,
+)
+
+STRIP = Term(
+    name="strip",
+    stage="strain",
+    equation="d = L0 (1 - lambda)",
+    parameters=(
+        Parameter("length", "m", 0.010, 0.001, 0.2, "length at rest L0", "1.0 cm, §3.2", fixed=True),
+    ),
+    outputs=("displacement",),
+    step=displacement,
+)

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which terms a named model is made of."""
+
+from typing import Final
+
+from lce_model.deformation.branch import BRANCH
+from lce_model.deformation.dynamic import DYNAMIC
+from lce_model.deformation.equilibrium import EQUILIBRIUM
+from lce_model.deformation.stretch import STRETCH, STRIP
+from lce_model.errors import LceError
+from lce_model.surroundings import AMBIENT
+from lce_model.terms import STAGES, Term
+from lce_model.thermal.lumped import LUMPED
+
+THERMAL: Final[dict[str, tuple[Term, ...]]] = {"none": (), "lumped": (AMBIENT, LUMPED)}
+"""P→T models. ``none``: the temperature is given (a bare T–d loop)."""
+
+DEFORMATION: Final[dict[str, tuple[Term, ...]]] = {
+    "none": (),
+    "equilibrium": (BRANCH, EQUILIBRIUM, STRETCH, STRIP),
+    "dynamic": (BRANCH, DYNAMIC, STRETCH, STRIP),
+}
+"""T→d models. ``none``: only the temperature is modelled (a plain heater)."""
+
+PUBLISHED: Final[dict[str, dict[str, float]]] = {
+    "equilibrium": {},
+    "dynamic": {"stretch_law.alpha": 4.5, "lumped.gain": 73.0},
+}
+"""Where a deformation model was published with other values than the defaults of the terms that it shares: (5.10),
+and a gain that takes the strip to the 390 K of §5.4."""
+
+EFFECTS: Final[dict[str, Term]] = {}
+
+
+def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tuple[Term, ...]:
+    """The model as a tuple of terms in the order of evaluation.
+
+    An effect of the heat balance stands before the balance that integrates it, every other effect behind the base
+    terms of its stage.
+    """
+    for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
+        if name not in known:
+            raise LceError(f"{kind}: unknown model {name!r}; one of {', '.join(known)}")
+    if thermal == deformation == "none":
+        raise LceError("a model needs a thermal or a deformation stage, not none of both")
+    for effect in effects:
+        if effect not in EFFECTS:
+            known_effects = ", ".join(EFFECTS) or "none is in the library yet"
+            raise LceError(f"effects: unknown effect {effect!r}; known: {known_effects}")
+    base = THERMAL[thermal] + DEFORMATION[deformation]
+    added = tuple(EFFECTS[effect] for effect in effects)
+    ordered: list[Term] = []
+    for stage in STAGES:
+        own = [t for t in base if t.stage == stage]
+        extra = [t for t in added if t.stage == stage]
+        ordered += extra + own if stage == "heat" else own + extra
+    return tuple(ordered)

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A model with numbers: which terms, and the value of every parameter."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_model.compose import Kernel, compile_terms
+from lce_model.errors import LceError
+from lce_model.library import PUBLISHED, terms
+from lce_model.terms import Parameter, Term
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A parameter of a model: its value, the bounds of its search, and what the data say of it.
+
+    ``standard_error`` is None before a fit and where the data do not determine the parameter; ``determined`` is None
+    before a fit.
+    """
+
+    term: str
+    parameter: Parameter
+    value: float
+    lower: float
+    upper: float
+    fixed: bool
+    standard_error: float | None = None
+    determined: bool | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.parameter.lower <= self.lower < self.upper <= self.parameter.upper):
+            raise LceError(
+                f"{self.key}: bounds [{self.lower:g}, {self.upper:g}] are not an interval within "
+                f"[{self.parameter.lower:g}, {self.parameter.upper:g}] {self.unit}"
+            )
+        if not self.lower <= self.value <= self.upper:
+            raise LceError(f"{self.key}: {self.value:g} {self.unit} is outside [{self.lower:g}, {self.upper:g}] {self.unit}")
+
+    @property
+    def name(self) -> str:
+        return self.parameter.name
+
+    @property
+    def unit(self) -> str:
+        return self.parameter.unit
+
+    @property
+    def key(self) -> str:
+        """TERM.PARAM, the name on the command line and in errors."""
+        return f"{self.term}.{self.parameter.name}"
+
+
+@dataclass(frozen=True)
+class Model:
+    """A composed model P→T→d, immutable; ``set`` and ``replace`` give changed copies.
+
+    Attributes
+    ----------
+    thermal, deformation : names of the base models (:mod:`lce_model.library`).
+    effects : names of the effects added to them.
+    values : one per parameter, in the order of the terms.
+    fit : record of the identification that gave the values, empty before one.
+    """
+
+    thermal: str
+    deformation: str
+    effects: tuple[str, ...]
+    values: tuple[Value, ...]
+    fit: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """The visible tuple of terms, in the order of evaluation."""
+        return terms(self.thermal, self.deformation, self.effects)
+
+    @property
+    def kernel(self) -> Kernel:
+        """The compiled form of the terms."""
+        return compile_terms(self.terms)
+
+    @property
+    def parameters(self) -> tuple[Value, ...]:
+        return self.values
+
+    @property
+    def vector(self) -> Floats:
+        """Parameter values as the kernel takes them, shape (k,)."""
+        return np.array([v.value for v in self.values])
+
+    def index(self, key: str) -> int:
+        """Position of TERM.PARAM in ``values``."""
+        for i, value in enumerate(self.values):
+            if value.key == key:
+                return i
+        raise LceError(f"unknown parameter {key!r}; this model has {', '.join(v.key for v in self.values)}")
+
+    def __getitem__(self, key: str) -> float:
+        return self.values[self.index(key)].value
+
+    def __contains__(self, key: str) -> bool:
+        return any(v.key == key for v in self.values)
+
+    def set(self, changes: Mapping[str, float]) -> "Model":
+        """A copy with the parameters TERM.PARAM changed; LceError for an unknown key or a value outside its bounds."""
+        values = list(self.values)
+        for key, number in changes.items():
+            i = self.index(key)
+            values[i] = replace(values[i], value=float(number), standard_error=None, determined=None)
+        return replace(self, values=tuple(values))
+
+    def with_values(self, values: tuple[Value, ...], fit: Mapping[str, Any]) -> "Model":
+        """A copy with new values and the record of the fit that gave them."""
+        return replace(self, values=values, fit=MappingProxyType(dict(fit)))
+
+
+def default_model(
+    thermal: str = "lumped", deformation: str = "equilibrium", effects: tuple[str, ...] = ()
+) -> Model:
+    """The model with published or default values; LceError names what is known where a name is not."""
+    values = tuple(
+        Value(term.name, p, p.default, p.lower, p.upper, p.fixed)
+        for term in terms(thermal, deformation, effects)
+        for p in term.parameters
+    )
+    model = Model(thermal, deformation, effects, values)
+    return model.set({k: v for k, v in PUBLISHED.get(deformation, {}).items() if k in model})

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run a model: over a whole input at once, or step by step as a live strip."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lce_model.compose import RECORDED, SIGNAL_INDEX
+from lce_model.errors import LceError
+from lce_model.model import Floats, Model
+
+NO_DRIVE: Floats = np.empty(0)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A simulated run, all arrays of shape (n,); NaN where the model has no such stage.
+
+    direction is +1 on the heating branch and -1 on the cooling branch.
+    """
+
+    time_s: Floats
+    temperature_k: Floats
+    displacement_m: Floats
+    order: Floats
+    direction: Floats
+
+
+def _checked_time(time_s: ArrayLike) -> Floats:
+    time = np.ascontiguousarray(time_s, dtype=np.float64)
+    if time.ndim != 1 or time.size < 2 or not np.isfinite(time).all() or not (np.diff(time) > 0.0).all():
+        raise LceError("time must be a strictly increasing, finite series of at least two samples")
+    return time
+
+
+def _checked_input(values: ArrayLike, name: str, size: int) -> Floats:
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != (size,) or not np.isfinite(array).all():
+        raise LceError(f"{name} must be {size} finite numbers, one for each time")
+    return array
+
+
+def simulate(
+    model: Model,
+    time_s: ArrayLike,
+    power_w: ArrayLike | None,
+    initial_temperature_k: float | None = None,
+    temperature_k: ArrayLike | None = None,
+    deadband_k: float = 0.0,
+) -> Trajectory:
+    """Simulate P→T→d.
+
+    Parameters
+    ----------
+    time_s : (n,) strictly increasing [s].
+    power_w : (n,) laser power [W], each value held until the next time; None with ``temperature_k``.
+    initial_temperature_k : [K], the ambient temperature where None.
+    temperature_k : (n,) [K]; if given, it replaces the thermal stage (a measured temperature drives the strip).
+    deadband_k : reversals of the temperature smaller than this [K] do not change the branch.
+    """
+    time = _checked_time(time_s)
+    power = np.zeros_like(time) if power_w is None else _checked_input(power_w, "power", time.size)
+    drive = NO_DRIVE if temperature_k is None else _checked_input(temperature_k, "temperature", time.size)
+    if temperature_k is None and model.thermal == "none":
+        raise LceError("this model has no thermal stage: it needs a measured temperature")
+    out = np.empty((time.size, len(RECORDED)))
+    start = _start_temperature(model, initial_temperature_k) if temperature_k is None else float(drive[0])
+    model.kernel.run(time, power, drive, start, deadband_k, model.vector, out)
+    return Trajectory(time, *(np.ascontiguousarray(column) for column in out.T))
+
+
+def _start_temperature(model: Model, initial_temperature_k: float | None) -> float:
+    return model["ambient.t_env"] if initial_temperature_k is None else float(initial_temperature_k)
+
+
+class Stepper:
+    """A strip that lives from step to step: the simulator node's view of a model."""
+
+    def __init__(self, model: Model, initial_temperature_k: float | None = None) -> None:
+        if model.thermal == "none":
+            raise LceError("a strip that is stepped by laser power needs a thermal stage")
+        self._kernel = model.kernel
+        self._parameters = model.vector
+        self._state = np.empty(self._kernel.state_size)
+        self._kernel.begin(_start_temperature(model, initial_temperature_k), 0.0, self._parameters, self._state)
+
+    def step(self, power_w: float, dt_s: float) -> None:
+        """Advance by ``dt_s`` [s] under constant power [W]; LceError for a power or a time that is not physical."""
+        if not (np.isfinite(power_w) and power_w >= 0.0 and np.isfinite(dt_s) and dt_s >= 0.0):
+            raise LceError(f"cannot step by {dt_s} s at {power_w} W: both must be finite and not negative")
+        self._kernel.advance(power_w, dt_s, self._parameters, self._state)
+
+    @property
+    def temperature_k(self) -> float:
+        return float(self._state[SIGNAL_INDEX["temperature"]])
+
+    @property
+    def displacement_m(self) -> float:
+        return float(self._state[SIGNAL_INDEX["displacement"]])

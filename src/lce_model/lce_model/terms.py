@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model is made of: terms, each with its parameters, and the signals that they pass on.
+
+A term is one small physical statement. Its ``step`` is a plain function of floats, and its arguments are bound *by
+name* to the signals below, to the term's own parameters and states, and to ``dt`` [s]. What it returns is assigned,
+in order, to ``states + outputs``. A model is a tuple of terms, evaluated in that order once per sample; see
+:mod:`lce_model.compose` for how the tuple becomes one compiled loop.
+"""
+
+import inspect
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, Literal, get_args
+
+from lce_model.errors import LceError
+
+Stage = Literal["surroundings", "light", "heat", "order", "strain", "sensor"]
+STAGES: Final[tuple[Stage, ...]] = get_args(Stage)
+
+SIGNALS: Final[dict[str, str]] = {
+    "power": "W, laser power held over the step",
+    "light": "W, power that counts as light on the strip, after effects of the light",
+    "ambient": "K, temperature of the surroundings",
+    "heating": "K/s, heating rate added by effects of the heat balance",
+    "temperature": "K, temperature of the strip at the end of the step",
+    "temperature_before": "K, the same at its beginning",
+    "order_temperature": "K, temperature that the order follows",
+    "deadband": "K, reversals of the temperature smaller than this are taken for noise",
+    "direction": "+1 on the heating branch, -1 on the cooling branch",
+    "path_from": "K, beginning of the stretch of the temperature path that this step adds",
+    "path_to": "K, its end",
+    "fraction": "1, share x of the molecules in the nematic well",
+    "well_order": "1, order parameter Q3 of the nematic well",
+    "order": "1, mean order parameter, fraction * well_order (4.8)",
+    "reference_order": "1, mean order parameter at which the stretch is 1",
+    "stretch": "1, deformation coefficient lambda (3.1)",
+    "displacement": "m, contraction of the strip, positive upwards (6.8)",
+    "measured_temperature": "K, what an ideal camera reports after effects of the sensor",
+    "measured_displacement": "m, what an ideal distance sensor reports after effects of the sensor",
+}
+"""Every quantity that terms can read or write, with its unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A physical parameter of a term, in the unit that it has in the equation.
+
+    ``scale="log"`` marks positive parameters that are searched on a logarithmic axis; ``fixed`` those that a fit
+    leaves alone unless told otherwise (geometry, references).
+    """
+
+    name: str
+    unit: str
+    default: float
+    lower: float
+    upper: float
+    description: str
+    source: str
+    scale: Literal["linear", "log"] = "linear"
+    fixed: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier() or self.name in SIGNALS or self.name == "dt":
+            raise LceError(f"parameter name {self.name!r}: not an identifier, or the name of a signal")
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower < self.upper):
+            raise LceError(f"parameter {self.name}: bounds [{self.lower:g}, {self.upper:g}] are not an interval")
+        if self.scale == "log" and self.lower <= 0.0:
+            raise LceError(f"parameter {self.name}: a log scale needs a positive lower bound, not {self.lower:g}")
+        self.check(self.default)
+
+    def check(self, value: float) -> float:
+        """Return ``value``, or raise LceError if it is not finite or outside the bounds."""
+        if not (math.isfinite(value) and self.lower <= value <= self.upper):
+            raise LceError(
+                f"parameter {self.name}: {value:g} {self.unit} is outside [{self.lower:g}, {self.upper:g}] {self.unit}"
+            )
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One physical statement: name, equation, parameters, and the functions that advance it.
+
+    Attributes
+    ----------
+    step : returns the new values of ``states`` and then of ``outputs`` at the end of a step of ``dt`` seconds.
+    start : returns the same values before the first step, from the parameters and the signals present then; where it
+        is None, ``step`` itself is called with ``dt = 0``, which serves every term without memory.
+    """
+
+    name: str
+    stage: Stage
+    equation: str
+    parameters: tuple[Parameter, ...]
+    outputs: tuple[str, ...]
+    step: Callable[..., float | tuple[float, ...]]
+    start: Callable[..., float | tuple[float, ...]] | None = None
+    states: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if self.stage not in STAGES:
+            raise LceError(f"term {self.name}: unknown stage {self.stage!r}; one of {', '.join(STAGES)}")
+        unknown = [name for name in self.outputs if name not in SIGNALS]
+        if unknown:
+            raise LceError(f"term {self.name}: unknown output {unknown[0]!r}; one of {', '.join(SIGNALS)}")
+        if self.states and self.start is None:
+            raise LceError(f"term {self.name}: has states {', '.join(self.states)} but no start function")
+        for function in (self.step, self.start):
+            if function is not None:
+                self._check_arguments(function)
+
+    def _check_arguments(self, function: Callable[..., float | tuple[float, ...]]) -> None:
+        known = {*SIGNALS, *self.states, *(p.name for p in self.parameters), "dt"}
+        for argument in inspect.signature(function).parameters:
+            if argument not in known:
+                raise LceError(
+                    f"term {self.name}: argument {argument!r} of {function.__name__} is no signal, parameter or state"
+                )
