@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the recorder records unless told otherwise: the topics of the bench, relative to the namespace."""
+
+from collections.abc import Mapping
+
+RECORDED: Mapping[str, str] = {
+    "laser/power_command": "std_msgs/msg/Float64",
+    "laser/power": "std_msgs/msg/Float64",
+    "temperature": "sensor_msgs/msg/Temperature",
+    "displacement": "std_msgs/msg/Float64",
+    "temperature_setpoint": "sensor_msgs/msg/Temperature",
+    "target_displacement": "std_msgs/msg/Float64",
+    "sim/temperature": "sensor_msgs/msg/Temperature",
+    "sim/displacement": "std_msgs/msg/Float64",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+}
+"""Topic and message type."""
