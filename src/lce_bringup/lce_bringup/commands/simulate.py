@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Simulate and write `time_s,power_w,temperature_c,displacement_m`, less what the model has no stage for."""
+    """Simulate and write `time_s,power_w,temperature_c,displacement_m`, less the stages the model lacks."""
     import numpy as np
     from lce_model import KELVIN, LceError, load_model, simulate
     from lce_model.model_file import write_atomically
