@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Between the units of messages and the SI units inside, once, where data enter or leave a node."""
+
+from typing import Final
+
+from builtin_interfaces.msg import Time
+
+KELVIN: Final = 273.15
+"""0 °C in kelvin."""
+
+
+def to_kelvin(celsius: float) -> float:
+    """Temperature [K] from a message's [°C]."""
+    return celsius + KELVIN
+
+
+def to_celsius(kelvin: float) -> float:
+    """Temperature [°C], as sensor_msgs/Temperature wants it, from [K]."""
+    return kelvin - KELVIN
+
+
+def to_stamp(t_s: float) -> Time:
+    """Stamp of a time [s] of the node clock."""
+    nanoseconds = round(t_s * 1e9)
+    return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+
+
+def from_stamp(stamp: Time) -> float:
+    """Time [s] of a stamp."""
+    return float(stamp.sec + stamp.nanosec * 1e-9)

@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The base of every node, and the one way in and out of a node's process."""
+
+import gc
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Final
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+from rclpy.task import Future
+from rclpy.timer import Timer
+from rclpy.utilities import try_shutdown
+
+from lce_ros.health import Health, Level
+from lce_ros.parameters import Rule
+from lce_ros.qos import LATCHED, STREAM, deeper
+
+STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class CountingPublisher(Publisher):
+    """A publisher that enters what it publishes in its node's ``published``."""
+
+    counts: dict[str, int]
+    counted_as: str
+
+    def publish(self, msg: Any) -> None:
+        self.counts[self.counted_as] += 1
+        super().publish(msg)
+
+
+class BenchNode(Node):
+    """A node with declared parameters, ticks on multiples of their period, and a diagnosis at 1 Hz.
+
+    Attributes
+    ----------
+    published, received : messages by resolved topic name; a message counts as received when its callback is
+        over. With ``ticks``, the timer callbacks that are over, a lockstep runner sees from them when
+        everything is at rest.
+    tick_s : nominal time [s] of the timer callback that runs: the multiple of its period that was due. Under
+        load a callback comes late, its nominal time does not.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        super().__init__(name, **options)
+        self.published: dict[str, int] = {}
+        self.received: dict[str, int] = {}
+        self.ticks = 0
+        self.tick_s = 0.0
+        self._rules: dict[str, Rule] = {}
+        self._health = Health(self.get_fully_qualified_name())
+        self.add_on_set_parameters_callback(self._check)
+        self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics")
+        self.every(1.0, lambda: self._diagnostics.publish(self._health.message(self.tick_s)))
+
+    def now_s(self) -> float:
+        """Time [s] of the node's clock."""
+        return float(self.get_clock().now().nanoseconds) * 1e-9
+
+    def every(self, period_s: float, callback: Callable[[], None]) -> Timer:
+        """Call back on every multiple of ``period_s`` [s] of the node's clock; a missed tick is left out, not
+        made up.
+
+        All nodes of a bench tick together so: a stream passes each of them in one tick, in real time as in
+        lockstep.
+        """
+        period_ns = round(period_s * 1e9)
+
+        def tick() -> None:
+            now_ns = self.get_clock().now().nanoseconds
+            self.tick_s = (now_ns - now_ns % period_ns) * 1e-9
+            callback()
+            self.ticks += 1
+
+        first_ns = period_ns - self.get_clock().now().nanoseconds % period_ns
+        # Half a nanosecond more, or rounding could put every tick just before its multiple.
+        timer = self.create_timer((first_ns + 0.5) * 1e-9, tick)
+        # The first call stays where it was put; the calls after it follow at the period set here.
+        timer.timer_period_ns = period_ns
+        return timer
+
+    def listen(
+        self,
+        msg_type: Any,
+        topic: str,
+        callback: Callable[[Any], None],
+        *,
+        latched: bool = False,
+        raw: bool = False,
+        depth: int | None = None,
+    ) -> Subscription:
+        """Subscribe; ``raw`` hands over serialised bytes, a large ``depth`` is for recorders."""
+        name = self.resolve_topic_name(topic)
+        self.received.setdefault(name, 0)
+
+        def receive(message: Any) -> None:
+            callback(message)
+            self.received[name] += 1
+
+        return self.create_subscription(msg_type, topic, receive, _profile(latched, depth), raw=raw)
+
+    def advertise(self, msg_type: Any, topic: str, *, latched: bool = False) -> CountingPublisher:
+        """A publisher on ``topic``."""
+        publisher: Any = self.create_publisher(
+            msg_type, topic, _profile(latched, None), publisher_class=CountingPublisher
+        )
+        publisher.counts, publisher.counted_as = self.published, publisher.topic_name
+        self.published.setdefault(publisher.topic_name, 0)
+        return publisher
+
+    def declare(
+        self,
+        name: str,
+        default: Any,
+        description: str,
+        *,
+        unit: str = "",
+        lower: float | None = None,
+        upper: float | None = None,
+        choices: Sequence[str] = (),
+        read_only: bool = False,
+    ) -> Any:
+        """Declare a parameter and return its value; ValueError names a value that is outside its range or
+        choices.
+
+        The same rule refuses a later ``ros2 param set`` with the same words.
+        """
+        lower, upper = (None if bound is None else float(bound) for bound in (lower, upper))
+        rule = Rule(name, unit, lower, upper, tuple(choices))
+        self._rules[name] = rule
+        descriptor = ParameterDescriptor(
+            description=f"{description} [{unit}]" if unit else description,
+            additional_constraints=rule.constraints,
+            read_only=read_only,
+        )
+        if lower is not None and upper is not None:
+            if isinstance(default, float):
+                descriptor.floating_point_range = [FloatingPointRange(from_value=lower, to_value=upper)]
+            else:
+                descriptor.integer_range = [IntegerRange(from_value=int(lower), to_value=int(upper))]
+        try:
+            return self.declare_parameter(name, default, descriptor).value
+        except InvalidParameterTypeException as error:
+            hint = " (write 2.0, not 2)" if isinstance(default, float) else ""
+            raise ValueError(f"{self.get_name()}: {error}{hint}") from None
+        except InvalidParameterValueException as error:
+            reason = str(error).partition("Reason: ")[2].removesuffix(f": {name}")
+            raise ValueError(f"{self.get_name()}: {reason}") from None
+
+    def value(self, name: str) -> Any:
+        """Present value of a declared parameter."""
+        return self.get_parameter(name).value
+
+    def report(self, level: Level, message: str, **values: Any) -> None:
+        """State the node's present condition and values; /diagnostics tells the worst of every second."""
+        self._health.report(level, message, **values)
+
+    def close(self) -> None:
+        """Put what the node drives into its safe state; called on every way out. To be overridden."""
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            rule = self._rules.get(parameter.name)
+            if rule is not None and (refusal := rule.refusal(parameter.value)) is not None:
+                return SetParametersResult(successful=False, reason=refusal)
+        return SetParametersResult(successful=True)
+
+
+def _profile(latched: bool, depth: int | None) -> QoSProfile:
+    if latched:
+        return LATCHED
+    return STREAM if depth is None else deeper(depth)
+
+
+def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> int:
+    """Make a node and spin it until SIGINT, SIGTERM, SIGHUP, a shutdown of ROS or an exception; the exit
+    status.
+
+    ``close`` is called on every one of these ways out, with ROS still up so that it can publish a last word.
+    A ValueError of the factory (a parameter outside its range, a model file that cannot be read) is one line
+    and status 1; any other exception keeps its traceback.
+    """
+    stop = Future()
+    with _stop_on_signals(stop):
+        # rclpy's own handlers would take ROS down before close() could publish anything.
+        rclpy.init(args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            node = factory()
+        except ValueError as error:
+            print(error, file=sys.stderr)
+            try_shutdown()
+            return 1
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        # A full collection over what is loaded by now takes tens of ms: ticks would be late.
+        gc.collect()
+        gc.freeze()
+        try:
+            executor.spin_until_future_complete(stop)
+        except ExternalShutdownException:
+            pass
+        finally:
+            node.close()
+            node.destroy_node()
+            try_shutdown()
+    return 0
+
+
+@contextmanager
+def _stop_on_signals(stop: Future) -> Iterator[None]:
+    """Complete ``stop`` when a stop signal comes.
+
+    A Python signal handler runs only when the main thread is back from waiting in C, and an exception raised
+    in it can come in the middle of a publish; the wake-up descriptor and a thread that reads it have neither
+    flaw.
+    """
+    reader, writer = socket.socketpair()
+    writer.setblocking(False)
+
+    def watch() -> None:
+        while number := reader.recv(1)[0]:
+            if number in STOP_SIGNALS and not stop.done():
+                stop.set_result(number)
+
+    watcher = threading.Thread(target=watch, name="signals", daemon=True)
+    handled = [s for s in STOP_SIGNALS if s is not signal.SIGHUP or signal.getsignal(s) is not signal.SIG_IGN]
+    before = {s: signal.signal(s, lambda *_: None) for s in handled}
+    wakeup = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+    watcher.start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(wakeup)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        writer.send(b"\0")
+        watcher.join()
+        reader.close()
+        writer.close()

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A real ROS graph for tests: own domain, conditions with time-outs, not sleeps; lockstep, processes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.utilities import try_shutdown
+from rosgraph_msgs.msg import Clock
+
+from lce_ros.conversions import to_stamp
+from lce_ros.node import BenchNode
+
+
+@dataclass
+class Heard:
+    """Messages of a topic with the times [s] at which they came."""
+
+    messages: list[Any] = field(default_factory=list)
+    times_s: list[float] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        return len(self.messages)
+
+    @property
+    def data(self) -> list[float]:
+        """The ``data`` fields of the messages."""
+        return [m.data for m in self.messages]
+
+
+class Graph:
+    """Nodes under test in one process and one executor, in a ROS domain that nobody else uses."""
+
+    def __init__(self, domain: int) -> None:
+        self.domain = domain
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.nodes: list[BenchNode] = []
+        self.processes: list[subprocess.Popen[str]] = []
+        self._clock: Any = None
+        self.time_s = 0.0
+
+    def add(
+        self, factory: Callable[..., BenchNode], *args: Any, sim_time: bool = False, **parameters: Any
+    ) -> Any:
+        """Make a node in the namespace /lce with parameters, and let it spin with the others."""
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        if sim_time:
+            overrides.append(Parameter("use_sim_time", value=True))
+        node = factory(*args, context=self.context, namespace="/lce", parameter_overrides=overrides)
+        self.executor.add_node(node)
+        self.nodes.append(node)
+        return node
+
+    def probe(self, name: str = "probe", sim_time: bool = False) -> BenchNode:
+        """A plain node to publish and listen with."""
+        node: BenchNode = self.add(lambda **options: BenchNode(name, **options), sim_time=sim_time)
+        return node
+
+    def hear(self, msg_type: Any, topic: str, node: BenchNode) -> Heard:
+        """Collect what is published on ``topic``, stamped with the clock of ``node``."""
+        heard = Heard()
+
+        def keep(message: Any) -> None:
+            heard.messages.append(message)
+            heard.times_s.append(node.now_s())
+
+        node.listen(msg_type, topic, keep, depth=1000)
+        return heard
+
+    def until(
+        self, condition: Callable[[], Any], timeout_s: float = 10.0, what: str = "the condition"
+    ) -> Any:
+        """Spin until the condition holds; AssertionError after the time-out."""
+        end = time.monotonic() + timeout_s
+        while not (result := condition()):
+            assert time.monotonic() < end, f"{what} did not come true within {timeout_s:g} s"
+            self.executor.spin_once(timeout_sec=0.02)
+        return result
+
+    def spin_for(self, duration_s: float) -> None:
+        """Spin through a stretch of real time."""
+        end = time.monotonic() + duration_s
+        while (left := end - time.monotonic()) > 0.0:
+            self.executor.spin_once(timeout_sec=left)
+
+    def lockstep(self, ticks: int, each: Callable[[], None] = lambda: None, step_s: float = 0.01) -> None:
+        """Advance simulated time tick by tick; ``each`` runs before every tick, all is at rest after it."""
+        if self._clock is None:
+            node = rclpy.create_node("clock", context=self.context)
+            self.executor.add_node(node)
+            self._clock = node.create_publisher(Clock, "/clock", 10)
+        for _ in range(ticks):
+            each()
+            self.time_s = round(self.time_s + step_s, 9)
+            self._clock.publish(Clock(clock=to_stamp(self.time_s)))
+            self.until(self._at_rest, what=f"rest after the tick at {self.time_s} s")
+
+    def _at_rest(self) -> bool:
+        if any(abs(node.now_s() - self.time_s) > 1e-9 for node in self.nodes):
+            return False
+        if any(timer.is_ready() for node in self.nodes for timer in node.timers):
+            return False
+        sent: dict[str, int] = {}
+        for node in self.nodes:
+            for topic, count in node.published.items():
+                sent[topic] = sent.get(topic, 0) + count
+        return all(
+            count >= sent.get(topic, 0) for node in self.nodes for topic, count in node.received.items()
+        )
+
+    def start(self, module: str, *arguments: str, **parameters: Any) -> subprocess.Popen[str]:
+        """Run a node module as a process of its own, as ``ros2 run`` does, in this domain and namespace."""
+        options = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
+        process = subprocess.Popen(
+            [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/lce", *options, *arguments],
+            env=os.environ | {"ROS_DOMAIN_ID": str(self.domain)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.processes.append(process)
+        return process
+
+    def close(self) -> None:
+        """Close the nodes and end the processes."""
+        for node in self.nodes:
+            node.close()
+        for process in self.processes:
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+            process.communicate(timeout=10)
+        self.executor.shutdown(timeout_sec=1.0)
+        for node in self.nodes:
+            node.destroy_node()
+        try_shutdown(context=self.context)
+
+
+@contextmanager
+def graph() -> Iterator[Graph]:
+    """A graph in a domain of its own, closed at the end; as a fixture: ``with graph() as g: yield g``."""
+    with domain_id() as domain:
+        g = Graph(domain)
+        try:
+            yield g
+        finally:
+            g.close()

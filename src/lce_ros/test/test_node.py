@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from lce_ros.health import Level
+from lce_ros.node import BenchNode
+from lce_ros.testing import Graph
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
+
+class Example(BenchNode):
+    def __init__(self, **options: Any) -> None:
+        super().__init__("example", **options)
+        self.declare("gain", 1.0, "a gain", unit="W", lower=0.0, upper=2.0)
+        self.declare("count", 3, "a number", lower=0, upper=10)
+        self.declare("mode", "a", "a choice", choices=("a", "b"))
+        self.declare("fixed", 1.0, "not live", read_only=True)
+        self.declare("free", 1.0, "no range")
+        self.fired: list[tuple[float, float]] = []
+
+
+def test_ticks_are_on_multiples_of_the_period(bench: Graph) -> None:
+    nodes = [bench.add(Example) for _ in range(2)]
+    for node in nodes:
+        node.every(0.01, lambda node=node: node.fired.append((node.tick_s, node.now_s())))
+    bench.until(lambda: all(len(n.fired) >= 50 for n in nodes))
+    for node in nodes:
+        nominal, actual = np.array(node.fired).T
+        assert np.abs(nominal / 0.01 - np.round(nominal / 0.01)).max() < 1e-3
+        assert (actual >= nominal - 1e-6).all()
+        assert np.median(actual - nominal) < 0.005
+        assert len(set(np.round(nominal / 0.01))) == len(nominal)
+
+
+def test_ticks_follow_simulated_time(bench: Graph) -> None:
+    node = bench.add(Example, sim_time=True)
+    node.every(0.05, lambda: node.fired.append((node.tick_s, node.now_s())))
+    bench.lockstep(20)
+    assert np.allclose(np.array(node.fired)[:, 0], [0.05, 0.1, 0.15, 0.2])
+    assert np.allclose(np.array(node.fired)[:, 1], [0.05, 0.1, 0.15, 0.2])
+    assert node.ticks == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("gain", 2.5, ("2.5", "0.0", "2.0")),
+        ("gain", math.nan, ("nan", "0.0", "2.0")),
+        ("gain", math.inf, ("inf", "0.0", "2.0")),
+        ("count", 11, ("11", "0", "10")),
+        ("mode", "c", ("'c'", "a, b")),
+        ("free", math.nan, ("nan",)),
+        ("fixed", 2.0, ("read-only", "fixed")),
+        ("gain", "big", ("DOUBLE", "STRING")),
+    ],
+)
+def test_a_live_change_out_of_range_is_refused_with_value_and_range(
+    bench: Graph, name: str, value: Any, words: tuple[str, ...]
+) -> None:
+    node = bench.add(Example)
+    before = node.value(name)
+    [result] = node.set_parameters([Parameter(name, value=value)])
+    assert not result.successful
+    for word in words:
+        assert word in result.reason
+    assert node.value(name) == before
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"gain": 3.0}, ("example", "gain", "3.0", "0.0", "2.0")),
+        ({"gain": 1}, ("gain", "DOUBLE", "2.0, not 2")),
+        ({"mode": "c"}, ("example", "mode", "'c'", "a, b")),
+    ],
+)
+def test_a_node_does_not_start_with_a_parameter_out_of_range(
+    bench: Graph, overrides: dict[str, Any], words: tuple[str, ...]
+) -> None:
+    with pytest.raises(ValueError) as caught:
+        bench.add(Example, **overrides)
+    for word in words:
+        assert word in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_descriptors_tell_range_unit_and_choices(bench: Graph) -> None:
+    node = bench.add(Example)
+    gain, mode = node.describe_parameters(["gain", "mode"])
+    assert gain.floating_point_range[0].to_value == 2.0
+    assert "[W]" in gain.description
+    assert mode.additional_constraints == "one of a, b"
+
+
+def test_messages_are_counted_on_both_sides(bench: Graph) -> None:
+    node = bench.add(Example)
+    heard: list[float] = []
+    node.listen(Float64, "topic", lambda m: heard.append(m.data))
+    publisher = node.advertise(Float64, "topic")
+    bench.until(lambda: publisher.get_subscription_count() == 1)
+    for i in range(3):
+        publisher.publish(Float64(data=float(i)))
+    bench.until(lambda: len(heard) == 3)
+    assert node.published["/lce/topic"] == node.received["/lce/topic"] == 3
+
+
+def test_a_latched_topic_reaches_who_comes_later(bench: Graph) -> None:
+    node = bench.add(Example)
+    node.advertise(Float64, "target", latched=True).publish(Float64(data=1.5))
+    heard: list[float] = []
+    node.listen(Float64, "target", lambda m: heard.append(m.data), latched=True)
+    bench.until(lambda: heard == [1.5])
+
+
+def test_raw_listening_hands_over_bytes(bench: Graph) -> None:
+    node = bench.add(Example)
+    heard: list[bytes] = []
+    node.listen(Float64, "topic", heard.append, raw=True)
+    publisher = node.advertise(Float64, "topic")
+    bench.until(lambda: publisher.get_subscription_count() == 1)
+    publisher.publish(Float64(data=1.0))
+    bench.until(lambda: len(heard) == 1)
+    assert isinstance(heard[0], bytes) and len(heard[0]) == 12
+
+
+def test_a_fault_of_one_tick_is_seen_once_on_diagnostics(bench: Graph) -> None:
+    node = bench.add(Example, sim_time=True)
+    probe = bench.probe(sim_time=True)
+    heard = bench.hear(DiagnosticArray, "/diagnostics", probe)
+    bench.until(lambda: node.count_subscribers("/diagnostics") == 1)
+    node.report(Level.ERROR, "broken", power_w=0.25)
+    node.report(Level.OK, "well again")
+    bench.lockstep(205)
+    own = [m.status[0] for m in heard.messages if m.status[0].name == "/lce/example"]
+    assert [(s.level[0], s.message) for s in own] == [(2, "broken"), (0, "well again")]
+    assert own[0].values[0].key == "power_w" and own[0].values[0].value == "0.25"
