@@ -26,20 +26,20 @@ class Health:
     def __init__(self, name: str) -> None:
         self._name = name
         self._now = self._worst = (Level.OK, "started")
-        self._values: dict[str, Any] = {}
+        self.values: dict[str, Any] = {}
 
     def report(self, level: Level, message: str, **values: Any) -> None:
         """State the present condition; values are kept until they are stated again."""
         self._now = (level, message)
         if level >= self._worst[0]:
             self._worst = self._now
-        self._values.update(values)
+        self.values.update(values)
 
     def message(self, t_s: float) -> DiagnosticArray:
         """The worst condition since the last call, stamped ``t_s``."""
         level, text = self._worst
         self._worst = self._now
-        values = [KeyValue(key=key, value=_text(value)) for key, value in self._values.items()]
+        values = [KeyValue(key=key, value=_text(value)) for key, value in self.values.items()]
         status = DiagnosticStatus(level=bytes([level]), name=self._name, message=text, values=values)
         array = DiagnosticArray(status=[status])
         array.header.stamp = to_stamp(t_s)

@@ -51,6 +51,7 @@ class BenchNode(Node):
     published, received : messages by resolved topic name; a message counts as received when its callback is
         over. With ``ticks``, the timer callbacks that are over, a lockstep runner sees from them when
         everything is at rest.
+    missed_ticks : ticks that were left out because the node was busy or the clock leapt; told in /diagnostics.
     tick_s : nominal time [s] of the timer callback that runs: the multiple of its period that was due. Under
         load a callback comes late, its nominal time does not.
     """
@@ -59,13 +60,13 @@ class BenchNode(Node):
         super().__init__(name, **options)
         self.published: dict[str, int] = {}
         self.received: dict[str, int] = {}
-        self.ticks = 0
+        self.ticks = self.missed_ticks = 0
         self.tick_s = 0.0
         self._rules: dict[str, Rule] = {}
         self._health = Health(self.get_fully_qualified_name())
         self.add_on_set_parameters_callback(self._check)
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics")
-        self.every(1.0, lambda: self._diagnostics.publish(self._health.message(self.tick_s)))
+        self.every(1.0, self._tell)
 
     def now_s(self) -> float:
         """Time [s] of the node's clock."""
@@ -79,10 +80,14 @@ class BenchNode(Node):
         lockstep.
         """
         period_ns = round(period_s * 1e9)
+        last = 0
 
         def tick() -> None:
-            now_ns = self.get_clock().now().nanoseconds
-            self.tick_s = (now_ns - now_ns % period_ns) * 1e-9
+            nonlocal last
+            number = self.get_clock().now().nanoseconds // period_ns
+            self.missed_ticks += max(0, number - last - 1) if last else 0
+            last = number
+            self.tick_s = number * period_ns * 1e-9
             callback()
             self.ticks += 1
 
@@ -171,6 +176,10 @@ class BenchNode(Node):
 
     def close(self) -> None:
         """Put what the node drives into its safe state; called on every way out. To be overridden."""
+
+    def _tell(self) -> None:
+        self._health.values["missed_ticks"] = self.missed_ticks
+        self._diagnostics.publish(self._health.message(self.tick_s))
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:

@@ -137,4 +137,14 @@ def test_a_fault_of_one_tick_is_seen_once_on_diagnostics(bench: Graph) -> None:
     bench.lockstep(205)
     own = [m.status[0] for m in heard.messages if m.status[0].name == "/lce/example"]
     assert [(s.level[0], s.message) for s in own] == [(2, "broken"), (0, "well again")]
-    assert own[0].values[0].key == "power_w" and own[0].values[0].value == "0.25"
+    assert {v.key: v.value for v in own[0].values} == {"power_w": "0.25", "missed_ticks": "0"}
+
+
+def test_ticks_that_were_left_out_are_counted(bench: Graph) -> None:
+    node = bench.add(Example, sim_time=True)
+    node.every(0.01, lambda: node.fired.append((node.tick_s, node.now_s())))
+    bench.lockstep(5)
+    bench.lockstep(1, step_s=0.04)
+    bench.lockstep(1)
+    assert np.allclose([nominal for nominal, _ in node.fired], [0.01, 0.02, 0.03, 0.04, 0.05, 0.09, 0.1])
+    assert node.missed_ticks == 3

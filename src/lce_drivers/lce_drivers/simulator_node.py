@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `simulator`: a strip that lives on the laser power it receives.
+
+Subscribes  laser/power       std_msgs/Float64, W Publishes   sim/temperature   sensor_msgs/Temperature, °C,
+100 Hz, the true state at header.stamp sim/displacement  std_msgs/Float64, m, 100 Hz, the true state
+Parameters  model_file        path of a model file; empty: the default model set
+TERM.PARAM=VALUE, any number: parameters of the model that are to be other than in it power_timeout_s   s, a
+laser power older than this counts as zero
+
+Every step is as long as the node's clock says, so the strip neither slows down nor hurries when ticks come
+late.
+"""
+
+import math
+import sys
+from typing import Any, Final
+
+from lce_model import Stepper
+from lce_ros.conversions import to_celsius, to_stamp
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, run
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from lce_drivers.simulator import Drive, strip_model
+
+PERIOD_S: Final = 0.01
+
+
+class Simulator(BenchNode):
+    def __init__(self, **options: Any) -> None:
+        super().__init__("simulator", **options)
+        model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
+        settings = self.declare("set", [""], "TERM.PARAM=VALUE of the model", read_only=True)
+        timeout_s = self.declare(
+            "power_timeout_s", 0.1, "age at which a laser power counts as zero", unit="s",
+            lower=0.02, upper=10.0, read_only=True,
+        )  # fmt: skip
+        self._drive = Drive(timeout_s)
+        self._strip = Stepper(strip_model(model_file, settings))
+        self._strip.step(0.0, 0.0)
+        self._temperature = self.advertise(Temperature, "sim/temperature")
+        self._displacement = self.advertise(Float64, "sim/displacement")
+        self.listen(Float64, "laser/power", lambda m: self._drive.put(m.data, self.now_s()))
+        self.every(PERIOD_S, self._tick)
+        self.every(1.0, self._tell)
+
+    def _tick(self) -> None:
+        for power_w, dt_s in self._drive.advance(self.tick_s):
+            self._strip.step(power_w, dt_s)
+        message = Temperature(temperature=to_celsius(self._strip.temperature_k))
+        message.header.stamp = to_stamp(self.tick_s)
+        message.header.frame_id = "strip"
+        self._temperature.publish(message)
+        if not math.isnan(self._strip.displacement_m):
+            self._displacement.publish(Float64(data=self._strip.displacement_m))
+
+    def _tell(self) -> None:
+        self.report(
+            Level.OK,
+            "running",
+            power_w=self._drive.power_w,
+            temperature_c=to_celsius(self._strip.temperature_k),
+            displacement_mm=self._strip.displacement_m * 1e3,
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(Simulator, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
