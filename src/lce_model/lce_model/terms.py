@@ -46,8 +46,9 @@ SIGNALS: Final[dict[str, str]] = {
 class Parameter:
     """A physical parameter of a term, in the unit that it has in the equation.
 
-    ``scale="log"`` marks positive parameters that are searched on a logarithmic axis; ``fixed`` those that a fit
-    leaves alone unless told otherwise (geometry, references).
+    ``scale`` is the axis on which the parameter is searched: linear, logarithmic, or, for a strength that may well be
+    zero, linear up to ``knee`` and logarithmic beyond (asinh(p/knee)). ``fixed`` marks what a fit leaves alone unless
+    told otherwise (geometry, references).
     """
 
     name: str
@@ -57,7 +58,8 @@ class Parameter:
     upper: float
     description: str
     source: str
-    scale: Literal["linear", "log"] = "linear"
+    scale: Literal["linear", "log", "asinh"] = "linear"
+    knee: float = 0.0
     fixed: bool = False
 
     def __post_init__(self) -> None:
@@ -67,6 +69,8 @@ class Parameter:
             raise LceError(f"parameter {self.name}: bounds [{self.lower:g}, {self.upper:g}] are not an interval")
         if self.scale == "log" and self.lower <= 0.0:
             raise LceError(f"parameter {self.name}: a log scale needs a positive lower bound, not {self.lower:g}")
+        if (self.scale == "asinh") != (self.knee > 0.0):
+            raise LceError(f"parameter {self.name}: a knee goes with the asinh scale, and is positive")
         self.check(self.default)
 
     def check(self, value: float) -> float:

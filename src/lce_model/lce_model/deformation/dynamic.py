@@ -9,6 +9,10 @@ cooling:  w13 = (Cf1 Δ32 + Cf2 Δ32²) e^(-E21/kT), w31 = Cr1 Δ21 e^(-E23/kT)
 Both branches advance with |dT| (as printed, with dT < 0 on cooling, the dominant term would lower x), the cooling
 branch uses its own Cr1, and Q̄0 is the order at the reference temperature instead of 1; docs/physics.md has the
 computation. A0, B, C have one value for heating (``_r``) and one for cooling (``_f``). The model is rate-independent.
+
+Below T* the isotropic well is gone and above T1 the nematic one: nothing returns to them (Δ = 0) and nothing holds the
+molecules back (E = 0), so x runs to 1 and to 0 there without the jump that "x = 1 for T < T2" would make of what is
+left at the boundary.
 """
 
 import math
@@ -24,8 +28,9 @@ from lce_model.terms import Parameter, Term
 def _rates(
     temperature: float, a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float
 ) -> tuple[float, float]:
-    """(w13, w31) [1/K] between T* and T1."""
+    """(w13, w31) [1/K]."""
     q2, q3 = wells(temperature, a0, b, c, t_star)
+    q2 = max(q2, 0.0)
     barrier = free_energy(q2, temperature, a0, b, c, t_star)
     depth = free_energy(q3, temperature, a0, b, c, t_star)
     thermal = 1.0 / (BOLTZMANN * temperature)
@@ -59,27 +64,40 @@ def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, 
 
 
 @register_jitable
+def _within(
+    x: float, t_from: float, t_to: float,
+    a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float,
+) -> float:
+    """x after a path that does not cross T* or T1, where the rates have corners."""
+    if t_from == t_to:
+        return x
+    f_0, r_0 = _rates(t_from, a0, b, c, t_star, f1, f2, r1, r2)
+    f_m, r_m = _rates(0.5 * (t_from + t_to), a0, b, c, t_star, f1, f2, r1, r2)
+    f_1, r_1 = _rates(t_to, a0, b, c, t_star, f1, f2, r1, r2)
+    # High barriers underflow to a rate of zero: then nothing moves, and 0/0 must not say otherwise.
+    k0, km, k1 = max(f_0 + r_0, 1e-300), max(f_m + r_m, 1e-300), max(f_1 + r_1, 1e-300)
+    e0, em, e1 = f_0 / k0, f_m / km, f_1 / k1
+    return min(max(_relax(x, abs(t_to - t_from), k0, km, k1, e0, em, e1), 0.0), 1.0)
+
+
+@register_jitable
 def _advance(
     x: float, t_from: float, t_to: float,
     a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float,
 ) -> float:
-    """x after the path t_from → t_to; 0 above T1 and 1 below T*, where only one phase exists."""
+    """x after the path t_from → t_to."""
     t1 = clearing_temperature(a0, b, c, t_star)
-    if t_to >= t1:
-        return 0.0
-    if t_to <= t_star:
-        return 1.0
-    begin = min(max(t_from, t_star), t1)
-    if t_from >= t1:
-        x = 0.0
-    elif t_from <= t_star:
-        x = 1.0
-    f_0, r_0 = _rates(begin, a0, b, c, t_star, f1, f2, r1, r2)
-    f_m, r_m = _rates(0.5 * (begin + t_to), a0, b, c, t_star, f1, f2, r1, r2)
-    f_1, r_1 = _rates(t_to, a0, b, c, t_star, f1, f2, r1, r2)
-    k0, km, k1 = f_0 + r_0, f_m + r_m, f_1 + r_1
-    e0, em, e1 = f_0 / k0, f_m / km, f_1 / k1
-    return min(max(_relax(x, abs(t_to - begin), k0, km, k1, e0, em, e1), 0.0), 1.0)
+    below_from, below_to = min(t_from, t1), min(t_to, t1)
+    beyond = abs(t_to - t_from) - abs(below_to - below_from)
+    q = 0.5 * b / c
+    loss = math.exp(-(r1 + r2 * q) * q * beyond) if beyond > 0.0 else 1.0
+    if t_to < t_from:
+        x *= loss
+    if (below_from - t_star) * (below_to - t_star) < 0.0:
+        x = _within(x, below_from, t_star, a0, b, c, t_star, f1, f2, r1, r2)
+        below_from = t_star
+    x = _within(x, below_from, below_to, a0, b, c, t_star, f1, f2, r1, r2)
+    return x * loss if t_to > t_from else x
 
 
 def start(
@@ -106,25 +124,27 @@ def step(
 
 
 _SOURCE = "(5.10), Amp 0.4, T_h 20 s"
+_KNEE = 0.01
+"""Rate [1/K] below which a coefficient hardly matters: it moves a tenth of the molecules over 10 K."""
 
 DYNAMIC = Term(
     name="dynamic",
     stage="order",
     equation="dx = [w13 (1-x) - w31 x] |dT|, rates over the Landau-de Gennes barriers by branch",
     parameters=(
-        Parameter("a0_r", "J/K", 2.3e-22, 2e-23, 5e-21, "slope A0, heating", _SOURCE, "log"),
-        Parameter("b_r", "J", 3.5e-20, 2e-21, 5e-19, "cubic coefficient B, heating", _SOURCE, "log"),
-        Parameter("c_r", "J", 2.0e-20, 2e-21, 5e-19, "quartic coefficient C, heating", _SOURCE, "log"),
-        Parameter("a0_f", "J/K", 6.0e-22, 2e-23, 5e-21, "slope A0, cooling", _SOURCE, "log"),
-        Parameter("b_f", "J", 4.5e-20, 2e-21, 5e-19, "cubic coefficient B, cooling", _SOURCE, "log"),
-        Parameter("c_f", "J", 2.6e-20, 2e-21, 5e-19, "quartic coefficient C, cooling", _SOURCE, "log"),
-        Parameter("t_star", "K", 307.0, 250.0, 400.0, "supercooling temperature T*", _SOURCE),
-        Parameter("cr1_r", "1/K", 29.0, 1e-4, 1e5, "nematic → isotropic, first order, heating", _SOURCE, "log"),
-        Parameter("cr2_r", "1/K", 8.6e-5, 1e-6, 1e5, "nematic → isotropic, second order, heating", _SOURCE, "log"),
-        Parameter("cf1_r", "1/K", 0.7, 1e-5, 1e4, "isotropic → nematic, first order, heating", _SOURCE, "log"),
-        Parameter("cr1_f", "1/K", 1100.0, 1e-4, 1e5, "nematic → isotropic, first order, cooling", _SOURCE, "log"),
-        Parameter("cf1_f", "1/K", 5.0e-4, 1e-5, 1e4, "isotropic → nematic, first order, cooling", _SOURCE, "log"),
-        Parameter("cf2_f", "1/K", 0.3, 1e-5, 1e4, "isotropic → nematic, second order, cooling", _SOURCE, "log"),
+        Parameter("a0_r", "J/K", 2.3e-22, 5e-23, 3e-21, "slope A0, heating", _SOURCE, "log"),
+        Parameter("b_r", "J", 3.5e-20, 8e-21, 2e-19, "cubic coefficient B, heating", _SOURCE, "log"),
+        Parameter("c_r", "J", 2.0e-20, 4e-21, 2e-19, "quartic coefficient C, heating", _SOURCE, "log"),
+        Parameter("a0_f", "J/K", 6.0e-22, 5e-23, 3e-21, "slope A0, cooling", _SOURCE, "log"),
+        Parameter("b_f", "J", 4.5e-20, 8e-21, 2e-19, "cubic coefficient B, cooling", _SOURCE, "log"),
+        Parameter("c_f", "J", 2.6e-20, 4e-21, 2e-19, "quartic coefficient C, cooling", _SOURCE, "log"),
+        Parameter("t_star", "K", 307.0, 280.0, 400.0, "supercooling temperature T*", _SOURCE),
+        Parameter("cr1_r", "1/K", 29.0, 0.0, 1e4, "nematic → isotropic, first order, heating", _SOURCE, "asinh", _KNEE),
+        Parameter("cr2_r", "1/K", 8.6e-5, 0.0, 1e4, "nematic → isotropic, second order, heating", _SOURCE, "asinh", _KNEE),
+        Parameter("cf1_r", "1/K", 0.7, 0.0, 1e3, "isotropic → nematic, first order, heating", _SOURCE, "asinh", _KNEE),
+        Parameter("cr1_f", "1/K", 1100.0, 0.0, 1e4, "nematic → isotropic, first order, cooling", _SOURCE, "asinh", _KNEE),
+        Parameter("cf1_f", "1/K", 5.0e-4, 0.0, 1e3, "isotropic → nematic, first order, cooling", _SOURCE, "asinh", _KNEE),
+        Parameter("cf2_f", "1/K", 0.3, 0.0, 1e3, "isotropic → nematic, second order, cooling", _SOURCE, "asinh", _KNEE),
         Parameter("t_ref", "K", 300.0, 250.0, 400.0, "temperature at which λ = 1 on the heating branch",
                   "§5.4: T from 300 K", fixed=True),
     ),

@@ -1,0 +1,399 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identification of a model from runs: stage by stage, then all together.
+
+1. The thermal stage, by Levenberg–Marquardt on the temperatures.
+2. The deformation stage on the displacements, driven by the thermal state of 1 (or the measured temperature,
+   smoothed): Levenberg–Marquardt from several starts for the equilibrium model (§4.5), the two-step strategy for the
+   dynamic one (§5.3): differential evolution on one run, then Levenberg–Marquardt on all.
+3. Every parameter of both stages at once, each output weighted by the misfit that 1 and 2 left.
+"""
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate
+
+import lce_model
+from lce_analysis.experiment import Run
+from lce_analysis.fit.identifiability import Identifiability, identifiability
+from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt
+from lce_analysis.fit.problem import Problem, blocks_of
+from lce_analysis.noise import noise_floor
+from lce_analysis.predict import (
+    DISPLACEMENT,
+    TEMPERATURE,
+    Drive,
+    RunInput,
+    Sampling,
+    measured_drive,
+    predict,
+    prepare,
+)
+from lce_model import LceError, Model
+from lce_model.metrics import nrmse
+
+Floats = NDArray[np.float64]
+
+HEAT_STAGES = frozenset({"surroundings", "light", "heat"})
+GUESSED, GUESSES = 2000, 20
+"""Random parameter sets tried, and how many of the best become starts of the least squares (§4.5)."""
+EVOLUTIONS = 3
+"""Populations that the two-step strategy tries (step 3 of §5.3.2: start again where a search went astray)."""
+NOISE_LEVEL = 1.05
+"""RMS residual in units of the noise at which a search is over."""
+SEARCH_STEP_S = 0.1
+"""Grid of the searches for a first guess; the fit itself uses every sample."""
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """An identified model and what is known of it.
+
+    model : with the values found, their standard errors, and the record of the fit.
+    starts_k : start temperature [K] of each run.
+    identifiability : of the free parameters, None where the fit was interrupted before it.
+    evaluations : simulations of the whole data set.
+    """
+
+    model: Model
+    starts_k: Floats
+    identifiability: Identifiability | None
+    evaluations: int
+    interrupted: bool
+
+
+def _silent(label: str, done: int, total: int, rms: float) -> None:
+    """No progress shown."""
+
+
+def fit(
+    model: Model,
+    runs: Sequence[Run],
+    drive: Drive = "model",
+    progress: Progress = _silent,
+    seed: int = 0,
+) -> FitResult:
+    """Identify the free parameters of ``model`` from all ``runs`` together, one parameter set.
+
+    Parameters
+    ----------
+    drive : what drives the T→d stage; with "measured" the stages are identified one after the other only.
+    seed : of the random starts and populations; the same seed gives the same result.
+
+    A KeyboardInterrupt ends the fit with the best values so far. LceError where the runs do not hold what the model
+    needs.
+    """
+    inputs = [prepare(run, model) for run in runs]
+    if not inputs:
+        raise LceError("no runs to fit")
+    _check(model, runs)
+    search = _Search(model, inputs, drive, progress, seed)
+    return search.result()
+
+
+def fit_each(
+    model: Model, runs: Sequence[Run], drive: Drive = "model", progress: Progress = _silent, seed: int = 0
+) -> tuple[FitResult, ...]:
+    """One parameter set for each run, as in the dissertation's tables."""
+    return tuple(
+        fit(model, [run], drive, lambda label, *rest, name=run.name: progress(f"{name}: {label}", *rest), seed)
+        for run in runs
+    )
+
+
+def _check(model: Model, runs: Sequence[Run]) -> None:
+    for run in runs:
+        if model.deformation == "none" and run.temperature is None:
+            raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
+        if model.deformation != "none" and run.displacement is None and run.power is None:
+            raise LceError(f"{run.name}: nothing in it says anything of this model")
+        if run.power is not None and model.thermal != "none" and np.ptp(run.power.value) == 0.0 == run.power.value[0]:
+            raise LceError(f"{run.name}: the laser was never on; nothing can be identified from it")
+    if model.deformation != "none" and all(run.displacement is None for run in runs):
+        raise LceError("no run has a displacement; fit with --deformation none")
+
+
+class _Search:
+    """The state of one identification: a model that gets better, and the start temperatures that go with it."""
+
+    def __init__(
+        self, model: Model, inputs: Sequence[RunInput], drive: Drive, progress: Progress, seed: int
+    ) -> None:
+        self.model, self.inputs, self.drive, self.progress, self.seed = model, inputs, drive, progress, seed
+        self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._ambient() for i in inputs])
+        self.evaluations = 0
+        self.interrupted = False
+
+    def _ambient(self) -> float:
+        return self.model["ambient.t_env"] if self.model.thermal != "none" else float("nan")
+
+    def _free(self, heat: bool, deformation: bool) -> tuple[int, ...]:
+        stages = {t.name: t.stage for t in self.model.terms}
+        return tuple(
+            i for i, v in enumerate(self.model.values)
+            if not v.fixed and ((stages[v.term] in HEAT_STAGES) and heat or (stages[v.term] not in HEAT_STAGES) and deformation)
+        )
+
+    def _sigma(self, column: int) -> float | None:
+        """RMS noise of one output over all runs, None where it was not measured."""
+        series = [i.run.temperature if column == TEMPERATURE else i.run.displacement for i in self.inputs]
+        floors = [noise_floor(s) for s in series if s is not None]
+        return float(np.sqrt(np.mean(np.square(floors)))) if floors else None
+
+    def _polish(self, problem: Problem, label: str, iterations: int = 100) -> Optimum:
+        optimum = levenberg_marquardt(problem, problem.first(), label, self.progress, iterations)
+        self.evaluations += optimum.evaluations
+        self.interrupted |= optimum.interrupted
+        return optimum
+
+    def _adopt(self, problem: Problem, variables: Floats) -> None:
+        free, starts = problem.split(variables)
+        vector = self.model.vector
+        vector[list(problem.free)] = free
+        values = tuple(replace(v, value=float(x)) for v, x in zip(self.model.values, vector, strict=True))
+        self.model = self.model.with_values(values, {})
+        self.starts = np.array(starts, dtype=np.float64)
+
+    def thermal(self) -> Problem | None:
+        """Step 1; the best of several time constants to start from."""
+        sigma = self._sigma(TEMPERATURE)
+        free = self._free(heat=True, deformation=False)
+        blocks = blocks_of(self.inputs, sigma, None)
+        if self.model.thermal == "none" or not blocks or not free:
+            return None
+        best: tuple[Problem, Optimum] | None = None
+        for tau in (5.0, 20.0, 80.0, 320.0) if "lumped.tau" in self.model else (None,):
+            guess = self.model if tau is None else _with_thermal_guess(self.model, self.inputs, tau)
+            problem = Problem(guess, self.inputs, free, self.starts, True, blocks)
+            optimum = self._polish(problem, "temperature")
+            if best is None or optimum.rms < best[1].rms:
+                best = problem, optimum
+            if self.interrupted:
+                break
+        assert best is not None
+        self._adopt(best[0], best[1].variables)
+        return best[0]
+
+    def driven_inputs(self) -> list[RunInput]:
+        """The runs with a displacement, driven by their temperature."""
+        driven = []
+        for prepared, start in zip(self.inputs, self.starts, strict=True):
+            if prepared.run.displacement is None:
+                continue
+            if self.drive == "measured":
+                driven.append(measured_drive(prepared, self.model, float(start)))
+            elif prepared.drive_k.size:
+                driven.append(prepared)
+            else:
+                out = prepared.simulate(self.model, self.model.vector[None], np.array([start]))
+                driven.append(replace(prepared, drive_k=np.ascontiguousarray(out[0, :, TEMPERATURE])))
+        return driven
+
+    def deformation(self) -> Problem | None:
+        """Step 2, on a coarse grid."""
+        sigma = self._sigma(DISPLACEMENT)
+        free = self._free(heat=False, deformation=True)
+        if self.model.deformation == "none" or sigma is None or not free:
+            return None
+        full = self.driven_inputs()
+        coarse = [_thinned(i) for i in full]
+        problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), False, blocks_of(coarse, None, sigma))
+        box = _search_box(problem, coarse)
+        label = f"{self.model.deformation} model"
+        guesses = self._evolutions if self.model.deformation == "dynamic" else self._random_guesses
+        best: Optimum | None = None
+        for guess in guesses(problem, box, label):
+            optimum = levenberg_marquardt(problem, guess, label, self.progress, 200)
+            self.evaluations += optimum.evaluations
+            self.interrupted |= optimum.interrupted
+            if best is None or optimum.rms < best.rms:
+                best = optimum
+            if self.interrupted or best.rms < NOISE_LEVEL:
+                break
+        assert best is not None
+        self._adopt_deformation(problem, best.variables)
+        return Problem(self.model, full, free, np.zeros(len(full)), False, blocks_of(full, None, sigma))
+
+    def _adopt_deformation(self, problem: Problem, variables: Floats) -> None:
+        starts = self.starts
+        self._adopt(problem, variables)
+        self.starts = starts
+
+    def _evolutions(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
+        """Rough solutions p_r of §5.3 from the run whose displacement covers most, each from another population."""
+        reach = [float(np.ptp(b.measured)) for b in problem.blocks]
+        block = problem.blocks[int(np.argmax(reach))]
+        one = replace(
+            problem, inputs=[problem.inputs[block.run]], starts_k=np.zeros(1), blocks=(replace(block, run=0),)
+        )
+        samples = self.inputs[block.run].time_s.size
+        enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * block.weight
+        for attempt in range(EVOLUTIONS):
+            name = f"{label}, evolution {attempt + 1}/{EVOLUTIONS}"
+            optimum = evolve(one, float(enough), name, self.progress, (self.seed, attempt), box)
+            self.evaluations += optimum.evaluations // len(self.inputs)
+            self.interrupted |= optimum.interrupted
+            yield optimum.variables
+
+    def _random_guesses(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
+        """The present values, then the best of many random ones."""
+        yield problem.first()[: box[0].size]
+        low, high = box
+        candidates = low + (high - low) * np.random.default_rng(self.seed).random((GUESSED, low.size))
+        free = problem.coordinates.from_box(candidates)
+        self.evaluations += GUESSED
+        self.progress(label, 0, 1, float("nan"))
+        yield from problem.coordinates.to_free(free[np.argsort(problem.rms_of_rows(free))[:GUESSES]])
+
+    def joint(self, thermal: Problem | None, deformation: Problem | None) -> Problem | None:
+        """Step 3, or the last step of the only stage there is."""
+        if self.drive == "measured" or thermal is None or deformation is None:
+            last = deformation or thermal
+            if last is None or last is thermal or self.interrupted:
+                return replace(last, model=self.model, starts_k=self.starts) if last is thermal and last else last
+            optimum = self._polish(last, f"{self.model.deformation} model, all samples")
+            self._adopt_deformation(last, optimum.variables)
+            return replace(last, model=self.model)
+        sigma_t, sigma_d = (
+            max(p.series_rms(replace(p, model=self.model, starts_k=self.starts if p is thermal else p.starts_k).first(), c),
+                self._sigma(c) or 0.0)
+            for p, c in ((thermal, TEMPERATURE), (deformation, DISPLACEMENT))
+        )
+        problem = Problem(
+            self.model, self.inputs, self._free(heat=True, deformation=True), self.starts, True,
+            blocks_of(self.inputs, sigma_t, sigma_d),
+        )
+        if not self.interrupted:
+            optimum = self._polish(problem, "both stages", 60)
+            self._adopt(problem, optimum.variables)
+        return replace(problem, model=self.model, starts_k=self.starts)
+
+    def result(self) -> FitResult:
+        thermal = self.thermal()
+        deformation = self.deformation() if not self.interrupted else None
+        problem = self.joint(thermal, deformation)
+        if problem is None:
+            raise LceError("none of the runs holds a series that this model predicts")
+        report = None if self.interrupted else _uncertainty(problem)
+        values = _annotated(self.model, problem, report)
+        record = _record(self.model, [i.run for i in self.inputs], self.starts, self.drive, report, self.interrupted)
+        return FitResult(
+            self.model.with_values(values, record), self.starts, report, self.evaluations, self.interrupted
+        )
+
+
+def _with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) -> Model:
+    """Gain and ambient temperature by linear least squares for a time constant: T is linear in both."""
+    unit = model.set({"lumped.tau": tau, "lumped.gain": 1.0})
+    columns, targets = [], []
+    for prepared in inputs:
+        if prepared.run.temperature is None or prepared.at_temperature is None:
+            continue
+        ambient = unit["ambient.t_env"]
+        rise = prepared.simulate(unit, unit.vector[None], np.array([ambient]))[0, :, TEMPERATURE] - ambient
+        columns.append(prepared.at_temperature(rise))
+        targets.append(prepared.run.temperature.value)
+    rise, target = np.concatenate(columns), np.concatenate(targets)
+    (gain, ambient), *_ = np.linalg.lstsq(np.column_stack([rise, np.ones_like(rise)]), target)
+    spec = {v.key: v for v in model.values}
+    guess = {"lumped.tau": tau, "lumped.gain": gain, "ambient.t_env": ambient}
+    return model.set({k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in guess.items() if not spec[k].fixed})
+
+
+def _thinned(prepared: RunInput) -> RunInput:
+    """The run on a grid of about SEARCH_STEP_S, displacement samples likewise."""
+    keep = np.unique(np.searchsorted(prepared.time_s, np.arange(prepared.time_s[0], prepared.time_s[-1], SEARCH_STEP_S)))
+    time, run = prepared.time_s[keep], prepared.run
+    assert run.displacement is not None
+    d = run.displacement
+    step = max(1, int(SEARCH_STEP_S / max(float(np.median(np.diff(d.time_s))), 1e-6)))
+    thin = type(d)(d.time_s[::step], d.value[::step])
+    return replace(
+        prepared, run=replace(run, displacement=thin), time_s=np.ascontiguousarray(time),
+        power_w=np.ascontiguousarray(prepared.power_w[keep]), drive_k=np.ascontiguousarray(prepared.drive_k[keep]),
+        at_displacement=Sampling.between(time, thin.time_s), at_temperature=None,
+    )
+
+
+def _search_box(problem: Problem, inputs: Sequence[RunInput]) -> tuple[Floats, Floats]:
+    """Where to look for a first guess, in the unit box: the bounds, temperatures near those that the strip had."""
+    coldest = min(float(i.drive_k.min()) for i in inputs)
+    hottest = max(float(i.drive_k.max()) for i in inputs)
+    values = [problem.model.values[i] for i in problem.free]
+    low = np.array([max(v.lower, min(coldest - 40.0, v.upper)) if v.unit == "K" else v.lower for v in values])
+    high = np.array([min(v.upper, max(hottest, v.lower)) if v.unit == "K" else v.upper for v in values])
+    low, high = np.where(low < high, low, problem.coordinates.lower), np.where(low < high, high, problem.coordinates.upper)
+    return problem.coordinates.to_box(low), problem.coordinates.to_box(high)
+
+
+def _uncertainty(problem: Problem) -> Identifiability:
+    """Standard errors from the Jacobian at the optimum, each block scaled by its own residual and correlation."""
+    variables = problem.first()
+    residual, jacobian = problem.residuals(variables), problem.jacobian(variables, central=True)
+    begin = 0
+    for b in problem.blocks:
+        part = slice(begin, begin + b.measured.size)
+        begin += b.measured.size
+        scale = float(np.sqrt(np.mean(residual[part] ** 2) * _correlation_time(residual[part])))
+        jacobian[part] /= max(scale, 1e-300)
+    k, c = len(problem.free), problem.coordinates
+    natural = jacobian[:, :k] / np.maximum(c.natural_per_free(problem.split(variables)[0]), 1e-9)
+    if problem.free_starts:
+        q, _ = np.linalg.qr(jacobian[:, k:])
+        natural -= q @ (q.T @ natural)
+    return identifiability(natural, [problem.model.values[i].key for i in problem.free], c.multiplicative)
+
+
+def _correlation_time(residual: Floats) -> float:
+    """Samples per independent sample: 1 + 2 Σρ up to the first correlation inside ±1.96/√N."""
+    centred = residual - residual.mean()
+    lags = correlate(centred, centred, mode="full", method="fft")[centred.size - 1 :]
+    if lags[0] <= 0.0:
+        return 1.0
+    rho = lags / lags[0]
+    inside = np.flatnonzero(rho[1:] < 1.96 / np.sqrt(centred.size))
+    end = 1 + int(inside[0]) if inside.size else rho.size
+    return max(1.0, 1.0 + 2.0 * float(np.sum(rho[1:end])))
+
+
+def _annotated(model: Model, problem: Problem, report: Identifiability | None) -> tuple[lce_model.Value, ...]:
+    values = list(model.values)
+    if report is None:
+        return tuple(values)
+    slope = problem.coordinates.natural_slope(model.vector[list(problem.free)])
+    for j, i in enumerate(problem.free):
+        known = bool(report.determined[j])
+        error = float(report.standard_errors[j] * slope[j]) if known else None
+        values[i] = replace(values[i], standard_error=error, determined=known)
+    return tuple(values)
+
+
+def _record(
+    model: Model, runs: Sequence[Run], starts: Floats, drive: Drive, report: Identifiability | None, interrupted: bool
+) -> dict[str, Any]:
+    """What the model file keeps of the fit: data, metrics, software."""
+    entries = []
+    for run, start in zip(runs, starts, strict=True):
+        prediction = predict(model, run, drive)
+        entry: dict[str, Any] = {"name": run.name, "sha256": run.sha256, "start_temperature_k": round(float(start), 4)}
+        if prediction.temperature_at_samples_k is not None and run.temperature is not None:
+            entry["temperature_nrmse"] = round(nrmse(prediction.temperature_at_samples_k, run.temperature.value), 6)
+        if prediction.displacement_at_samples_m is not None and run.displacement is not None:
+            entry["displacement_nrmse"] = round(nrmse(prediction.displacement_at_samples_m, run.displacement.value), 6)
+        entries.append(entry)
+    digest = hashlib.sha256("".join(sorted(r.sha256 for r in runs)).encode()).hexdigest()
+    return {
+        "software": f"lce {lce_model.__version__}",
+        "drive": drive,
+        "interrupted": interrupted,
+        "data_sha256": digest,
+        "runs": entries,
+        "not_determined": [] if report is None else list(report.sentences),
+    }
+
+
+

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A fit as numbers: runs and free parameters in, weighted residuals and their Jacobian out."""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.fit.coordinates import Coordinates
+from lce_analysis.predict import DISPLACEMENT, TEMPERATURE, RunInput, Sampling
+from lce_model import Model
+
+Floats = NDArray[np.float64]
+
+_POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
+"""The kernels release the interpreter lock, so threads use all cores."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """One measured series of one run: which output it judges, and its weight 1/σ."""
+
+    run: int
+    column: int
+    sampling: Sampling
+    measured: Floats
+    weight: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Weighted least squares of several runs with one parameter set.
+
+    The variables are the free parameters ``free`` (positions in ``model.values``) in the unbounded coordinates, and
+    behind them one start temperature [K] per run where ``free_starts`` is set.
+    """
+
+    model: Model
+    inputs: Sequence[RunInput]
+    free: tuple[int, ...]
+    starts_k: Floats
+    free_starts: bool
+    blocks: tuple[Block, ...]
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        return Coordinates.of([self.model.values[i] for i in self.free])
+
+    @property
+    def size(self) -> int:
+        """Number of residuals."""
+        return sum(b.measured.size for b in self.blocks)
+
+    def first(self) -> Floats:
+        """The variables at the values of the model."""
+        z = self.coordinates.to_free(self.model.vector[list(self.free)])
+        return np.concatenate([z, self.starts_k]) if self.free_starts else z
+
+    def split(self, variables: Floats) -> tuple[Floats, Floats]:
+        """Physical parameters (…, k) and start temperatures (…, runs) of variables (…, k [+ runs])."""
+        k = len(self.free)
+        starts = variables[..., k:]
+        if not self.free_starts:
+            starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
+        return self.coordinates.from_free(variables[..., :k]), starts
+
+    def outputs(self, run: int, free: Floats, start_k: Floats) -> Floats:
+        """Kernel outputs (m, n, columns) of one run for rows of free parameters (m, k) and starts (m,)."""
+        rows = np.repeat(self.model.vector[None], free.shape[0], axis=0)
+        rows[:, list(self.free)] = free
+        return self.inputs[run].simulate(self.model, rows, np.ascontiguousarray(start_k))
+
+    def _modelled(self, run: int, free: Floats, start_k: Floats) -> list[Floats]:
+        out = self.outputs(run, free, start_k)
+        return [b.weight * b.sampling(out[:, :, b.column]) for b in self.blocks if b.run == run]
+
+    def _each_run(self, work: Callable[[int], list[Floats]]) -> list[list[Floats]]:
+        return list(_POOL.map(work, range(len(self.inputs))))
+
+    def _stack(self, parts: list[list[Floats]]) -> Floats:
+        """Per-run lists back into the order of ``blocks``, along the last axis."""
+        queues = [iter(p) for p in parts]
+        return np.concatenate([next(queues[b.run]) for b in self.blocks], axis=-1)
+
+    @cached_property
+    def _target(self) -> Floats:
+        return np.concatenate([b.weight * b.measured for b in self.blocks])
+
+    def residuals(self, variables: Floats) -> Floats:
+        """(N,) weighted model minus measurement."""
+        free, starts = self.split(variables)
+        parts = self._each_run(lambda i: [m[0] for m in self._modelled(i, free[None], starts[i : i + 1])])
+        return self._stack(parts) - self._target
+
+    def jacobian(self, variables: Floats, central: bool = False) -> Floats:
+        """(N, variables) by forward differences, or central ones at twice the price.
+
+        A start temperature touches its own run only.
+        """
+        k = len(self.free)
+        h = np.concatenate([np.full(k, 1e-6), np.full(variables.size - k, 1e-3)])
+        base = 2 * k if central else k
+        steps = [np.diag(h)[:k], -np.diag(h)[:k]] if central else [np.diag(h)[:k]]
+        free, starts = self.split(variables + np.vstack([*steps, np.zeros((1, variables.size))]))
+
+        def work(i: int) -> list[Floats]:
+            rows, begin = free, starts[:, i]
+            if self.free_starts:
+                nudges = np.array([h[-1], -h[-1]])
+                rows, begin = np.vstack([free, free[[-1, -1]]]), np.concatenate([begin, begin[-1] + nudges])
+            blocks = []
+            for modelled in self._modelled(i, rows, begin):
+                slopes = np.zeros((variables.size, modelled.shape[1]))
+                behind = modelled[k:base] if central else modelled[base]
+                slopes[:k] = (modelled[:k] - behind) / (h[:k, None] * (2.0 if central else 1.0))
+                if self.free_starts:
+                    slopes[k + i] = (modelled[-2] - modelled[-1]) / (2.0 * h[-1])
+                blocks.append(slopes)
+            return blocks
+
+        return np.ascontiguousarray(self._stack(self._each_run(work)).T)
+
+    def rms_of_rows(self, free: Floats, chunk: int = 16) -> Floats:
+        """Weighted RMS residual (m,) of rows of free parameters (m, k); infinite where the model gives no number."""
+
+        def work(begin: int) -> Floats:
+            rows = free[begin : begin + chunk]
+            total = np.zeros(rows.shape[0])
+            for i in range(len(self.inputs)):
+                start = np.full(rows.shape[0], self.starts_k[i])
+                mine = [b for b in self.blocks if b.run == i]
+                for block, modelled in zip(mine, self._modelled(i, rows, start), strict=True):
+                    total += np.sum((modelled - block.weight * block.measured) ** 2, axis=1)
+            return np.sqrt(total / self.size)
+
+        rms = np.concatenate(list(_POOL.map(work, range(0, free.shape[0], chunk))))
+        return np.where(np.isfinite(rms), rms, np.inf)
+
+    def series_rms(self, variables: Floats, column: int) -> float:
+        """RMS residual of one output over all runs, in its own unit; NaN where it was not measured."""
+        residual = self.residuals(variables)
+        total, count, begin = 0.0, 0, 0
+        for b in self.blocks:
+            part = residual[begin : begin + b.measured.size] / b.weight
+            begin += b.measured.size
+            if b.column == column:
+                total += float(part @ part)
+                count += part.size
+        return float(np.sqrt(total / count)) if count else float("nan")
+
+
+def blocks_of(
+    inputs: Sequence[RunInput], temperature_sigma: float | None, displacement_sigma: float | None, thin: int = 1
+) -> tuple[Block, ...]:
+    """The measured series of the runs as blocks; a sigma of None leaves that output out, ``thin`` keeps every n-th."""
+    found = []
+    for i, prepared in enumerate(inputs):
+        for series, sampling, column, sigma in (
+            (prepared.run.temperature, prepared.at_temperature, TEMPERATURE, temperature_sigma),
+            (prepared.run.displacement, prepared.at_displacement, DISPLACEMENT, displacement_sigma),
+        ):
+            driven = column == TEMPERATURE and prepared.drive_k.size
+            if series is None or sampling is None or sigma is None or driven:
+                continue
+            thinned = Sampling(sampling.index[::thin], sampling.weight[::thin])
+            found.append(Block(i, column, thinned, series.value[::thin], 1.0 / sigma))
+    return tuple(found)

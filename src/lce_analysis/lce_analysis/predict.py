@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model says of a run: the same input, compared sample by sample with what was measured."""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_smoothing_spline
+
+from lce_analysis.experiment import Run, Series
+from lce_analysis.noise import noise_floor
+from lce_model import LceError, Model
+from lce_model.compose import RECORDED
+
+Floats = NDArray[np.float64]
+Drive = Literal["model", "measured"]
+"""What drives the T→d stage: the model's own thermal state, or the measured temperature, smoothed."""
+
+TEMPERATURE: Final = RECORDED.index("temperature")
+DISPLACEMENT: Final = RECORDED.index("displacement")
+DIRECTION: Final = RECORDED.index("direction")
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Linear interpolation from a grid of times to the times of a sensor."""
+
+    index: NDArray[np.intp]
+    weight: Floats
+
+    @classmethod
+    def between(cls, grid_s: Floats, sample_s: Floats) -> "Sampling":
+        index = np.clip(np.searchsorted(grid_s, sample_s, side="right") - 1, 0, grid_s.size - 2)
+        weight = np.clip((sample_s - grid_s[index]) / (grid_s[index + 1] - grid_s[index]), 0.0, 1.0)
+        return cls(index, weight)
+
+    def __call__(self, values: Floats) -> Floats:
+        """``values`` (…, n) on the grid → (…, k) at the samples."""
+        return values[..., self.index] * (1.0 - self.weight) + values[..., self.index + 1] * self.weight
+
+
+@dataclass(frozen=True)
+class RunInput:
+    """A run as the kernel takes it.
+
+    time_s, power_w : (n,) the input, each power held until the next time.
+    drive_k : (n,) temperature that replaces the thermal stage, or (0,).
+    start_k : temperature at the first time, as the first samples show it (NaN where none was measured).
+    """
+
+    run: Run
+    time_s: Floats
+    power_w: Floats
+    drive_k: Floats
+    deadband_k: float
+    start_k: float
+    at_temperature: Sampling | None
+    at_displacement: Sampling | None
+
+    def simulate(self, model: Model, parameters: Floats, start_k: Floats) -> Floats:
+        """Outputs (m, n, len(RECORDED)) for parameter rows (m, k) and start temperatures (m,)."""
+        out = np.empty((parameters.shape[0], self.time_s.size, len(RECORDED)))
+        model.kernel.run_many(
+            self.time_s, self.power_w, self.drive_k, start_k, self.deadband_k, np.ascontiguousarray(parameters), out
+        )
+        return out
+
+
+def _start(run: Run) -> float:
+    """Mean temperature before the laser is on, or of the first second."""
+    if run.temperature is None:
+        return float("nan")
+    time, value = run.temperature.time_s, run.temperature.value
+    until = time[0] + 1.0
+    if run.power is not None and np.any(run.power.value > 0.0):
+        until = max(until, float(run.power.time_s[np.argmax(run.power.value > 0.0)]))
+    return float(np.mean(value[time <= until]))
+
+
+def prepare(run: Run, model: Model) -> RunInput:
+    """Lay a run out on the grid of its laser power (of its temperature, where no power was recorded)."""
+    if run.power is None and model.thermal != "none" and model.deformation == "none":
+        raise LceError(f"{run.name}: no laser power was recorded, and the model has only a thermal stage")
+    if run.power is None:
+        assert run.temperature is not None  # read_run lets no run without input through
+        return _laid_out(run, run.temperature.time_s, np.zeros_like(run.temperature.value), smoothed(run.temperature))
+    if model.thermal == "none":
+        if run.temperature is None:
+            raise LceError(f"{run.name}: the model has no thermal stage, and no temperature was measured")
+        grid = run.power.time_s
+        drive = np.interp(grid, run.temperature.time_s, smoothed(run.temperature))
+        return _laid_out(run, grid, run.power.value, drive)
+    time, power = run.power.time_s, run.power.value
+    last = max(s.time_s[-1] for s in (run.temperature, run.displacement, run.power) if s is not None)
+    if last > time[-1]:
+        time, power = np.append(time, last), np.append(power, power[-1])
+    return _laid_out(run, time, power, np.empty(0))
+
+
+def _laid_out(run: Run, time_s: Floats, power_w: Floats, drive_k: Floats) -> RunInput:
+    deadband = noise_floor(run.temperature) if drive_k.size and run.temperature is not None else 0.0
+    return RunInput(
+        run=run,
+        time_s=np.ascontiguousarray(time_s),
+        power_w=np.ascontiguousarray(power_w),
+        drive_k=np.ascontiguousarray(drive_k),
+        deadband_k=deadband,
+        start_k=_start(run),
+        at_temperature=None if run.temperature is None else Sampling.between(time_s, run.temperature.time_s),
+        at_displacement=None if run.displacement is None else Sampling.between(time_s, run.displacement.time_s),
+    )
+
+
+def smoothed(series: Series, around: Floats | None = None) -> Floats:
+    """The series without its noise, at its own times: a smoothing spline (generalised cross-validation).
+
+    ``around`` is a model of the same series; then only the difference is smoothed, so that the corners that the model
+    knows of (the laser switched on or off) stay corners.
+    """
+    base = np.zeros_like(series.value) if around is None else around
+    difference = series.value - base
+    if series.value.size < 8:
+        return series.value
+    return np.asarray(base + make_smoothing_spline(series.time_s, difference)(series.time_s))
+
+
+def measured_drive(prepared: RunInput, model: Model, start_k: float) -> RunInput:
+    """The same run, driven by its measured temperature smoothed around the model's thermal state."""
+    run = prepared.run
+    if run.temperature is None or prepared.at_temperature is None:
+        raise LceError(f"{run.name}: no temperature was measured that could drive the deformation")
+    if prepared.drive_k.size:
+        return prepared
+    thermal = prepared.simulate(model, model.vector[None], np.array([start_k]))[0, :, TEMPERATURE]
+    at_samples = prepared.at_temperature(thermal)
+    correction = smoothed(run.temperature, at_samples) - at_samples
+    drive = thermal + np.interp(prepared.time_s, run.temperature.time_s, correction)
+    return _laid_out(run, prepared.time_s, prepared.power_w, drive)
+
+
+def start_temperature(prepared: RunInput, model: Model) -> float:
+    """Temperature [K] at the beginning of a run, by least squares on all that was measured.
+
+    The first camera sample alone (0.06 K rms) would be felt in the displacement, so the start is estimated like a
+    parameter of its own; a run without temperatures starts at the ambient temperature.
+    """
+    if prepared.drive_k.size:
+        return float(prepared.drive_k[0])
+    if not np.isfinite(prepared.start_k):
+        return model["ambient.t_env"]
+    start = prepared.start_k
+    for _ in range(3):
+        step = 0.05
+        rows = np.repeat(model.vector[None], 2, axis=0)
+        out = prepared.simulate(model, rows, np.array([start, start + step]))
+        numerator = denominator = 0.0
+        for series, sampling, column in _measured(prepared):
+            modelled = sampling(out[:, :, column])
+            if not np.isfinite(modelled).all():
+                continue
+            slope = (modelled[1] - modelled[0]) / step
+            residual = series.value - modelled[0]
+            variance = max(noise_floor(series) ** 2, float(np.mean(residual**2)))
+            numerator += float(slope @ residual) / variance
+            denominator += float(slope @ slope) / variance
+        if denominator <= 0.0:
+            return start
+        start += float(np.clip(numerator / denominator, -2.0, 2.0))
+    return start
+
+
+def _measured(prepared: RunInput) -> list[tuple[Series, Sampling, int]]:
+    found: list[tuple[Series, Sampling, int]] = []
+    if prepared.run.temperature is not None and prepared.at_temperature is not None and not prepared.drive_k.size:
+        found.append((prepared.run.temperature, prepared.at_temperature, TEMPERATURE))
+    if prepared.run.displacement is not None and prepared.at_displacement is not None:
+        found.append((prepared.run.displacement, prepared.at_displacement, DISPLACEMENT))
+    return found
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A model's account of a run.
+
+    time_s, temperature_k, displacement_m, direction : (n,) on the grid of the input; NaN where a stage is missing.
+    temperature_at_samples_k, displacement_at_samples_m : at the times of the measured series, None where there is no
+    such series or no such stage.
+    """
+
+    time_s: Floats
+    temperature_k: Floats
+    displacement_m: Floats
+    direction: Floats
+    temperature_at_samples_k: Floats | None
+    displacement_at_samples_m: Floats | None
+    start_temperature_k: float
+
+
+def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
+    """Simulate the run with the model; LceError where the run lacks what the model needs.
+
+    With ``drive="measured"`` the measured temperature, smoothed, drives the T→d stage, and only the displacement is
+    predicted by the model.
+    """
+    prepared = prepare(run, model)
+    start = start_temperature(prepared, model)
+    out = prepared.simulate(model, model.vector[None], np.array([start]))[0]
+    temperature = np.ascontiguousarray(out[:, TEMPERATURE])
+    if drive == "measured" and model.deformation != "none":
+        prepared = measured_drive(prepared, model, start)
+        out = prepared.simulate(model, model.vector[None], np.array([start]))[0]
+    displacement = np.ascontiguousarray(out[:, DISPLACEMENT])
+    thermal = model.thermal != "none" and run.power is not None
+    return Prediction(
+        time_s=prepared.time_s,
+        temperature_k=temperature,
+        displacement_m=displacement,
+        direction=np.ascontiguousarray(out[:, DIRECTION]),
+        temperature_at_samples_k=prepared.at_temperature(temperature) if prepared.at_temperature and thermal else None,
+        displacement_at_samples_m=(
+            prepared.at_displacement(displacement) if prepared.at_displacement and model.deformation != "none" else None
+        ),
+        start_temperature_k=start,
+    )
