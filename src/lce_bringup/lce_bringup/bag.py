@@ -20,6 +20,8 @@ from lce_bringup.bag_metadata import FINISHED, RECORDING, TopicCount
 from lce_bringup.message_types import MessageType, message_type
 
 LIBRARY = f"lce_bringup {__version__}"
+FILE_NAME = "recording.mcap"
+"""The same in every folder, so that the same run is the same file, byte for byte."""
 _CHUNK_BYTES = 1 << 20
 
 
@@ -33,7 +35,7 @@ class BagWriter:
         self.folder = folder
         try:
             folder.mkdir(parents=True)
-            self.file = folder / f"{folder.resolve().name}_0.mcap"
+            self.file = folder / FILE_NAME
             self._stream = self.file.open("xb")
         except FileExistsError:
             raise LceError(f"{folder}: exists already; a recording is never overwritten") from None

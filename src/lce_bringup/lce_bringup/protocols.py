@@ -8,6 +8,7 @@ A protocol is a name with options, `pulse:amp=0.2,th=30`, or the path of a CSV f
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,7 +78,7 @@ def one(text: str) -> Wave:
     path = Path(text)
     if path.suffix.lower() == ".csv" or path.is_file():
         time_s, power_w = read_wave(path)
-        return _on_grid(path.stem, text, time_s, power_w)
+        return _on_grid(re.sub(r"[^\w.+-]+", "_", path.stem), text, time_s, power_w)
     known = ", ".join([*SHAPES, *CAMPAIGNS])
     raise LceError(f"unknown protocol {text!r}; it is one of {known}, or a CSV file with time_s,power_w")
 

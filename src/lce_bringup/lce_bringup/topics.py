@@ -3,8 +3,10 @@
 
 from collections.abc import Mapping
 
+COMMAND = "laser/power_command"
+
 RECORDED: Mapping[str, str] = {
-    "laser/power_command": "std_msgs/msg/Float64",
+    COMMAND: "std_msgs/msg/Float64",
     "laser/power": "std_msgs/msg/Float64",
     "temperature": "sensor_msgs/msg/Temperature",
     "displacement": "std_msgs/msg/Float64",
@@ -15,3 +17,6 @@ RECORDED: Mapping[str, str] = {
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }
 """Topic and message type."""
+
+LATCHED = frozenset({"target_displacement"})
+"""Those that are said once and kept for who comes later."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bags: every reader takes them, order does not depend on arrival, and what a crash leaves can be repaired."""
+"""Bags: any reader takes them, arrival does not order them, and what a crash leaves can be repaired."""
 
 import struct
 from pathlib import Path
@@ -92,7 +92,11 @@ def test_mcap_carries_the_definitions_and_rosbag2_metadata(tmp_path: Path) -> No
         inside = yaml.safe_load(next(iter(reader.iter_metadata())).metadata["serialized_metadata"])
     beside = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert inside == beside
-    assert beside["version"] == 9 and beside["message_count"] == 200 and beside["relative_file_paths"] == ["bag_0.mcap"]
+    assert (
+        beside["version"] == 9
+        and beside["message_count"] == 200
+        and beside["relative_file_paths"] == ["recording.mcap"]
+    )
 
 
 @pytest.mark.parametrize("name", ["sensor_msgs/msg/Temperature", "diagnostic_msgs/msg/DiagnosticArray"])
@@ -195,7 +199,11 @@ def test_a_single_file_can_be_repaired(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "said"),
-    [(b"", "not an MCAP file"), (b"time_s,power_w\n", "not an MCAP file"), (b"\x89MCAP0\r\n", "no whole message")],
+    [
+        (b"", "not an MCAP file"),
+        (b"time_s,power_w\n", "not an MCAP file"),
+        (b"\x89MCAP0\r\n", "no whole message"),
+    ],
 )
 def test_what_cannot_be_repaired_is_left_as_it_is(tmp_path: Path, content: bytes, said: str) -> None:
     file = tmp_path / "bag.mcap"
@@ -214,7 +222,7 @@ def test_no_bag_and_an_empty_folder_are_named(tmp_path: Path) -> None:
 
 
 def test_an_earlier_repair_is_not_overwritten(tmp_path: Path) -> None:
-    other = _crashed(tmp_path / "bag", 1.0).with_name("bag_0.mcap.truncated")
+    other = _crashed(tmp_path / "bag", 1.0).with_name("recording.mcap.truncated")
     other.write_text("kept")
     with pytest.raises(LceError, match="was repaired before"):
         repair(tmp_path / "bag")

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes of an experiment on the simulated strip and their parameters, the same for both modes."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lce_bringup import bag_metadata, experiment
+from lce_bringup.protocols import Wave
+
+NAMESPACE = "/lce"
+
+
+@dataclass(frozen=True)
+class NodeSpec:
+    """A node: its name, the module that runs it (`python -m`), and its class there."""
+
+    name: str
+    module: str
+    factory: str
+
+
+PLAYER = NodeSpec("experiment_player", "lce_bringup.experiment_player_node", "ExperimentPlayer")
+RECORDER = NodeSpec("recorder", "lce_bringup.recorder_node", "Recorder")
+BENCH = (
+    NodeSpec("laser", "lce_drivers.laser_node", "Laser"),
+    NodeSpec("simulator", "lce_drivers.simulator_node", "Simulator"),
+    NodeSpec("thermal_camera", "lce_drivers.thermal_camera_node", "ThermalCamera"),
+    NodeSpec("distance_sensor", "lce_drivers.distance_sensor_node", "DistanceSensor"),
+)
+MEASURED = ("laser/power", "temperature", "displacement")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One run: what is played, where it is recorded, on which strip, and the seed of its sensor noise.
+
+    `model` None stands for the bench's default strip; `settings` are TERM.PARAM of the model, in its units.
+    """
+
+    wave: Wave
+    folder: Path
+    model: Path | None
+    settings: Mapping[str, float]
+    seed: int
+    fast: bool
+
+    def parameters(self) -> dict[str, dict[str, Any]]:
+        """ROS parameters by node name, over those of config/bench.yaml."""
+        about = experiment.describe(
+            self.wave.text,
+            "fast" if self.fast else "realtime",
+            "simulated",
+            self.seed,
+            self.model,
+            self.settings,
+            {},
+        )
+        strip: dict[str, Any] = {"set": [f"{key}={value!r}" for key, value in self.settings.items()] or [""]}
+        if self.model is not None:
+            strip["model_file"] = str(self.model.resolve())
+        return {
+            "simulator": strip,
+            "recorder": {
+                "out": str(self.folder.resolve()),
+                "experiment": json.dumps(about),
+                "after": [""] if self.fast else list(MEASURED),
+            },
+            "experiment_player": {
+                "protocol": self.wave.text,
+                "wait_for": ["laser", "recorder"],
+                "progress": not self.fast,
+            },
+            "thermal_camera": {"seed": self.seed},
+            "distance_sensor": {"seed": self.seed},
+        }
+
+    def ros_arguments(self, parameter_file: Path) -> list[str]:
+        """Write `parameter_file` and return the arguments that give it to every node."""
+        content: dict[str, Any] = {"/**": {"ros__parameters": {"use_sim_time": self.fast}}}
+        for name, values in self.parameters().items():
+            content[f"/**/{name}"] = {"ros__parameters": values}
+        parameter_file.write_text(bag_metadata.dump(content), encoding="utf-8")
+        files = [config_file("bench.yaml"), parameter_file]
+        return [
+            "--ros-args",
+            "-r",
+            f"__ns:={NAMESPACE}",
+            *(word for f in files for word in ("--params-file", str(f))),
+        ]
+
+
+def config_file(name: str) -> Path:
+    """A file of this package's config folder: installed, or in the source tree."""
+    beside = Path(__file__).resolve().parents[1] / "config" / name
+    if beside.is_file():
+        return beside
+    from ament_index_python.packages import get_package_share_directory
+
+    return Path(get_package_share_directory("lce_bringup")) / "config" / name
+
+
+def python(spec: NodeSpec) -> list[str]:
+    """Command line that runs a node as a process of its own."""
+    return [sys.executable, "-m", spec.module]

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Simulated time for nodes in one process, as quickly as the machine can and the same every time.
+
+A tick sets every node's clock, fires the timers that are due, node by node in the order given, and hands over
+every message before the next tick begins. Publishing within a process puts a message straight into the
+readers' queues, so these are read directly: building the wait sets of an executor costs ten times the work itself.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+from lce_model.errors import LceError
+from lce_ros.node import BenchNode
+from rclpy.clock_type import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.subscription import Subscription
+from rclpy.time import Time
+
+TICK_NS = 10_000_000
+START_NS = 1_000_000_000
+"""Where simulated time begins; zero would mean "not set" to ROS."""
+_PATIENCE_S = 10.0
+_SERVICE_TICKS = 100
+"""How often, in ticks, parameter and other services are looked after."""
+
+
+class Lockstep:
+    """Drive `nodes`, made with use_sim_time, one tick at a time. `now_ns` is the present simulated time.
+
+    Raises LceError where the nodes do not find each other or a message does not arrive in 10 s.
+    """
+
+    def __init__(self, nodes: Sequence[BenchNode]) -> None:
+        self.now_ns = START_NS
+        self._clocks = [node.get_clock() for node in nodes]
+        self._timers = [timer for node in nodes for timer in node.timers]
+        self._nodes = nodes
+        self._readers: dict[str, list[Subscription]] = {}
+        for reader in (reader for node in nodes for reader in node.subscriptions):
+            if reader.topic_name != "/clock":
+                self._readers.setdefault(reader.topic_name, []).append(reader)
+        self._published = {
+            topic: [node.published for node in nodes if topic in node.published] for topic in self._readers
+        }
+        self._delivered: Counter[str] = Counter()
+        self._executor = SingleThreadedExecutor()
+        for node in nodes:
+            self._executor.add_node(node)
+        self._wait_for_matches()
+        self._set_clocks()
+
+    def tick(self) -> None:
+        """Advance 10 ms: every due timer has fired and every message has been received when it returns."""
+        self.now_ns += TICK_NS
+        self._set_clocks()
+        for timer in self._timers:
+            while timer.handle.is_timer_ready():
+                timer.handle.call_timer()
+                timer.callback()
+        self._deliver()
+        if self.now_ns // TICK_NS % _SERVICE_TICKS == 0:
+            self._executor.spin_once(timeout_sec=0)
+
+    def close(self) -> None:
+        """Let go of the nodes."""
+        self._executor.shutdown()
+
+    def _set_clocks(self) -> None:
+        now = Time(nanoseconds=self.now_ns, clock_type=ClockType.ROS_TIME)
+        for clock in self._clocks:
+            clock.set_ros_time_override(now)
+
+    def _deliver(self) -> None:
+        """Hand over, topic by topic, as many messages as were published, until callbacks publish no more."""
+        again = True
+        while again:
+            again = False
+            for topic, readers in self._readers.items():
+                due = sum(counts[topic] for counts in self._published[topic]) - self._delivered[topic]
+                if due:
+                    again = True
+                    self._delivered[topic] += due
+                    for reader in readers:
+                        for _ in range(due):
+                            self._hand_over(reader)
+
+    def _hand_over(self, reader: Subscription) -> None:
+        message = reader.handle.take_message(reader.msg_type, reader.raw)
+        if (
+            message is None
+        ):  # never seen with Fast DDS, which delivers within the process before publish returns
+            message = self._wait_for(reader)
+        if reader._callback_type is Subscription.CallbackType.MessageOnly:
+            reader.callback(message[0])
+        else:
+            reader.callback(*message)
+
+    def _wait_for(self, reader: Subscription) -> tuple[Any, Any]:
+        end = time.monotonic() + _PATIENCE_S
+        while time.monotonic() < end:
+            message: tuple[Any, Any] | None = reader.handle.take_message(reader.msg_type, reader.raw)
+            if message is not None:
+                return message
+        raise LceError(f"a message on {reader.topic_name} did not arrive in {_PATIENCE_S:g} s")
+
+    def _wait_for_matches(self) -> None:
+        end = time.monotonic() + _PATIENCE_S
+        for node in self._nodes:
+            for publisher in node.publishers:
+                while publisher.get_subscription_count() < len(self._readers.get(publisher.topic_name, ())):
+                    if time.monotonic() > end:
+                        raise LceError(
+                            f"subscribers of {publisher.topic_name} were not found in {_PATIENCE_S:g} s"
+                        )
+                    self._executor.spin_once(timeout_sec=0.01)

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `recorder`: the topics of the bench, as they come over the wire, into a rosbag2 folder (MCAP).
+
+Subscribes  every topic of parameter `topics`, raw
+Parameters  out             folder of the recording; must not exist; empty: runs/DATE-TIME
+            topics          names, relative or absolute; "name pkg/msg/Type" for one the bench does not know
+            after           topics that must be heard before it listens to laser/power_command: a player that
+                            waits for the recorder then waits until everything arrives
+            flush_period_s  s, how often messages go to the operating system: what a kill -9 can cost
+            experiment      JSON object, the beginning of experiment.yaml beside the bag
+
+The log time of a message is the node's clock when it came, the publish time its source's stamp (under
+simulated time both are the node's clock).
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from lce_model.errors import LceError
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, run
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from lce_bringup import experiment
+from lce_bringup.bag import BagWriter
+from lce_bringup.topics import COMMAND, LATCHED, RECORDED
+
+_QUEUE = 1000
+"""Messages the middleware keeps while this process is kept from reading: 10 s at 100 Hz."""
+
+
+class Recorder(BenchNode):
+    """Raw messages in, rosbag2 folder out; see the module for topics and parameters."""
+
+    def __init__(self) -> None:
+        super().__init__("recorder")
+        out = self.declare("out", "", "folder of the recording; must not exist", read_only=True)
+        topics = self.declare("topics", list(RECORDED), "what is recorded", read_only=True)
+        flush_s = self.declare(
+            "flush_period_s",
+            0.25,
+            "how often messages are flushed",
+            unit="s",
+            lower=0.01,
+            upper=1.0,
+            read_only=True,
+        )
+        self._after = {
+            self.resolve_topic_name(topic)
+            for topic in self.declare("after", [""], "topics to hear before the command", read_only=True)
+            if topic
+        }
+        about = _object(
+            self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)
+        )
+        self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
+        self._bag = BagWriter(self.folder)
+        self._about = {**about, "started": experiment.now()}
+        experiment.write(self.folder, self._about)
+        self._types: dict[str, str] = {}
+        self._numbers: dict[str, int] = {}
+        self._lost: dict[str, int] = {}
+        self._simulated = self.get_clock().ros_time_is_active
+        named = [_topic(entry) for entry in topics]
+        self._later = [pair for pair in named if self._after and pair[0] == COMMAND]
+        for pair in named:
+            if pair not in self._later:
+                self._record(*pair)
+        self.every(flush_s, self._flush)
+
+    def close(self) -> None:
+        """Finish the bag."""
+        if not self._about.get("ended"):
+            self._bag.close()
+            self._about |= {
+                "ended": experiment.now(),
+                "messages": dict(sorted(self._bag.counts.items())),
+                "lost": dict(sorted(self._lost.items())),
+            }
+            experiment.write(self.folder, self._about)
+        super().close()
+
+    def _record(self, topic: str, type_name: str) -> None:
+        package, _, message = type_name.split("/")
+        kind = getattr(importlib.import_module(f"{package}.msg"), message)
+        name = self.resolve_topic_name(topic)
+        self._types[name] = type_name
+        self.received.setdefault(name, 0)
+        qos = QoSProfile(depth=_QUEUE)
+        if topic in LATCHED:
+            qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        self.create_subscription(kind, topic, functools.partial(self._keep, name), qos, raw=True)
+
+    def _keep(self, topic: str, message: bytes, info: dict[str, Any]) -> None:
+        self.received[topic] += 1
+        if topic not in self._bag.counts:
+            publishers = self.get_publishers_info_by_topic(topic)
+            self._bag.add_topic(topic, self._types[topic], _offered(publishers))
+            self._lost[topic] = 0
+            self._after.discard(topic)
+            while self._later and not self._after:
+                self._record(*self._later.pop())
+        now_ns = self.get_clock().now().nanoseconds
+        self._bag.write(topic, now_ns, now_ns if self._simulated else info["source_timestamp"], message)
+        self._count_lost(topic, info["publication_sequence_number"])
+
+    def _count_lost(self, topic: str, number: int) -> None:
+        """Notice gaps in the numbers that a publisher gives its messages; several on one topic mix theirs."""
+        if topic not in self._lost:
+            return
+        last = self._numbers.get(topic, number - 1)
+        if number <= last:
+            del self._lost[topic]
+        elif number > last + 1:
+            self._lost[topic] += number - last - 1
+            self.report(Level.WARN, "messages were lost", lost=sum(self._lost.values()))
+        self._numbers[topic] = number
+
+    def _flush(self) -> None:
+        self._bag.flush()
+
+
+def _offered(publishers: Sequence[TopicEndpointInfo]) -> list[dict[str, Any]]:
+    profiles: list[dict[str, Any]] = []
+    for publisher in publishers:
+        profile = qos_entry(publisher.qos_profile)
+        if profile not in profiles:
+            profiles.append(profile)
+    return profiles
+
+
+def _topic(entry: str) -> tuple[str, str]:
+    name, _, type_name = entry.strip().partition(" ")
+    type_name = type_name.strip() or RECORDED.get(name, "")
+    if len(type_name.split("/")) != 3:
+        raise LceError(f"recorder: topic {entry!r} has no type here; write it as 'NAME pkg/msg/Type'")
+    return name, type_name
+
+
+def _object(text: str) -> dict[str, Any]:
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise LceError(f"recorder: parameter experiment is not JSON ({error})") from None
+    if not isinstance(value, dict):
+        raise LceError(f"recorder: parameter experiment is {text!r}, not a JSON object")
+    return value
+
+
+def qos_entry(profile: QoSProfile) -> dict[str, Any]:
+    """A QoS profile as rosbag2 (metadata version 9) writes it."""
+    return {
+        "history": profile.history.name.lower(),
+        "depth": profile.depth,
+        "reliability": profile.reliability.name.lower(),
+        "durability": profile.durability.name.lower(),
+        "deadline": _time(profile.deadline),
+        "lifespan": _time(profile.lifespan),
+        "liveliness": profile.liveliness.name.lower(),
+        "liveliness_lease_duration": _time(profile.liveliness_lease_duration),
+        "avoid_ros_namespace_conventions": profile.avoid_ros_namespace_conventions,
+    }
+
+
+def _time(duration: Duration) -> dict[str, int]:
+    sec, nsec = divmod(duration.nanoseconds, 10**9)
+    return {"sec": sec, "nsec": nsec}
+
+
+def main() -> int:
+    """Entry point of the executable."""
+    return run(Recorder)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
