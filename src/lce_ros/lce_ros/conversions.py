@@ -20,9 +20,9 @@ def to_celsius(kelvin: float) -> float:
 
 
 def to_stamp(t_s: float) -> Time:
-    """Stamp of a time [s] of the node clock."""
-    nanoseconds = round(t_s * 1e9)
-    return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+    """Stamp of a time [s] of the node clock, to the microsecond: a float of today's date resolves no more."""
+    microseconds = round(t_s * 1e6)
+    return Time(sec=microseconds // 1_000_000, nanosec=microseconds % 1_000_000 * 1000)
 
 
 def from_stamp(stamp: Time) -> float:

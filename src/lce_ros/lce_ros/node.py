@@ -51,7 +51,7 @@ class BenchNode(Node):
     published, received : messages by resolved topic name; a message counts as received when its callback is
         over. With ``ticks``, the timer callbacks that are over, a lockstep runner sees from them when
         everything is at rest.
-    missed_ticks : ticks that were left out because the node was busy or the clock leapt; told in /diagnostics.
+    missed_ticks : ticks left out because the node was busy or the clock leapt; told in /diagnostics.
     tick_s : nominal time [s] of the timer callback that runs: the multiple of its period that was due. Under
         load a callback comes late, its nominal time does not.
     """

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """A real ROS graph for tests: own domain, conditions with time-outs, not sleeps; lockstep, processes."""
 
+import fcntl
 import os
-import signal
+import re
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -97,8 +100,13 @@ class Graph:
         while (left := end - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
 
+    def connect(self) -> None:
+        """Spin until the nodes of this process have found each other."""
+        self.until(self._connected, what="discovery")
+
     def lockstep(self, ticks: int, each: Callable[[], None] = lambda: None, step_s: float = 0.01) -> None:
         """Advance simulated time tick by tick; ``each`` runs before every tick, all is at rest after it."""
+        self.connect()
         if self._clock is None:
             node = rclpy.create_node("clock", context=self.context)
             self.executor.add_node(node)
@@ -109,24 +117,27 @@ class Graph:
             self._clock.publish(Clock(clock=to_stamp(self.time_s)))
             self.until(self._at_rest, what=f"rest after the tick at {self.time_s} s")
 
+    def _connected(self) -> bool:
+        listeners = Counter(topic for node in self.nodes for topic in node.received)
+        publishers = [p for node in self.nodes for p in node.publishers]
+        return all(p.get_subscription_count() >= listeners[p.topic_name] for p in publishers)
+
     def _at_rest(self) -> bool:
         if any(abs(node.now_s() - self.time_s) > 1e-9 for node in self.nodes):
             return False
         if any(timer.is_ready() for node in self.nodes for timer in node.timers):
             return False
-        sent: dict[str, int] = {}
+        sent: Counter[str] = Counter()
         for node in self.nodes:
-            for topic, count in node.published.items():
-                sent[topic] = sent.get(topic, 0) + count
-        return all(
-            count >= sent.get(topic, 0) for node in self.nodes for topic, count in node.received.items()
-        )
+            sent.update(node.published)
+        return all(count >= sent[topic] for node in self.nodes for topic, count in node.received.items())
 
-    def start(self, module: str, *arguments: str, **parameters: Any) -> subprocess.Popen[str]:
-        """Run a node module as a process of its own, as ``ros2 run`` does, in this domain and namespace."""
+    def start(self, module: str, *, code: str | None = None, **parameters: Any) -> subprocess.Popen[str]:
+        """Run a node module (or Python ``code``) as a process of its own, in this domain and namespace."""
         options = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
+        what = ("-m", module) if code is None else ("-c", code)
         process = subprocess.Popen(
-            [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/lce", *options, *arguments],
+            [sys.executable, *what, "--ros-args", "-r", "__ns:=/lce", *options],
             env=os.environ | {"ROS_DOMAIN_ID": str(self.domain)},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -135,14 +146,30 @@ class Graph:
         self.processes.append(process)
         return process
 
+    @staticmethod
+    def kill(process: "subprocess.Popen[str]") -> None:
+        """SIGKILL, and clear away the shared memory that a killed process leaves behind."""
+        maps = Path(f"/proc/{process.pid}/maps").read_text(encoding="utf-8")
+        process.kill()
+        process.wait(timeout=5)
+        for segment in set(re.findall(r"/dev/shm/fastrtps_[0-9a-f]{16}", maps)):
+            with suppress(OSError), open(f"{segment}_el", "ab") as lock:
+                # Who lives holds the lock of a segment of its own; this raises where somebody does.
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                Path(f"{segment}_el").unlink()
+                Path(segment).unlink()
+
     def close(self) -> None:
         """Close the nodes and end the processes."""
         for node in self.nodes:
             node.close()
         for process in self.processes:
             if process.poll() is None:
-                process.send_signal(signal.SIGKILL)
-            process.communicate(timeout=10)
+                process.terminate()
+            try:
+                process.communicate(timeout=5)
+            except subprocess.TimeoutExpired:
+                self.kill(process)
         self.executor.shutdown(timeout_sec=1.0)
         for node in self.nodes:
             node.destroy_node()

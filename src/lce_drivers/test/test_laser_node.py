@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The laser node on a graph of its own, in process and as the process that it is on the bench."""
+
+import math
+import signal
+import subprocess
+import time
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from lce_drivers.laser_node import Laser
+from lce_ros.node import BenchNode
+from lce_ros.testing import Graph, Heard
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
+LASER = "lce_drivers.laser_node"
+
+
+class Commander:
+    """Commands the laser at 100 Hz and listens to what it makes of it."""
+
+    def __init__(self, bench: Graph, sim_time: bool = False) -> None:
+        self.node: BenchNode = bench.probe("commander", sim_time=sim_time)
+        self.publisher = self.node.advertise(Float64, "laser/power_command")
+        self.power: Heard = bench.hear(Float64, "laser/power", self.node)
+        self.command: float | None = None
+        self.stopped_s = math.inf
+        self.node.every(0.01, self._tick)
+
+    def _tick(self) -> None:
+        if self.command is not None:
+            self.publisher.publish(Float64(data=self.command))
+
+    def stop(self) -> None:
+        self.command, self.stopped_s = None, self.node.now_s()
+
+    def last(self) -> float | None:
+        return self.power.messages[-1].data if self.power.messages else None
+
+
+def shining(bench: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.Popen[str]]:
+    process = bench.start(LASER)
+    commander = Commander(bench)
+    commander.command = power_w
+    bench.until(lambda: commander.last() == power_w, 20.0, "the laser shining")
+    return commander, process
+
+
+def test_the_laser_follows_in_100_hz(bench: Graph) -> None:
+    commander = Commander(bench)
+    bench.add(Laser)
+    commander.command = 0.5
+    bench.until(lambda: commander.last() == 0.5)
+    before = len(commander.power)
+    bench.spin_for(1.0)
+    assert 98 <= len(commander.power) - before <= 102
+    assert set(commander.power.data[before:]) == {0.5}
+
+
+def test_zero_until_the_first_command_and_after_the_last(bench: Graph) -> None:
+    commander = Commander(bench)
+    bench.add(Laser)
+    bench.until(lambda: len(commander.power) >= 20)
+    assert set(commander.power.data) == {0.0}
+    commander.command = 1.0
+    bench.until(lambda: commander.last() == 1.0)
+    commander.stop()
+    bench.until(lambda: commander.last() == 0.0)
+    silence_s = commander.power.times_s[-1] - commander.stopped_s
+    assert 0.08 < silence_s < 0.16, f"zero {silence_s * 1e3:.0f} ms after the last command"
+
+
+def test_the_time_out_is_exact_in_simulated_time(bench: Graph) -> None:
+    commander = Commander(bench, sim_time=True)
+    bench.add(Laser, sim_time=True)
+    bench.until(lambda: commander.publisher.get_subscription_count() == 1)
+    commander.command = 1.0
+    bench.lockstep(10)
+    commander.command = None
+    bench.lockstep(20)
+    ticks = {round(t * 100): v for t, v in zip(commander.power.times_s, commander.power.data, strict=True)}
+    assert [ticks[k] for k in range(1, 31)] == [0.0] + [1.0] * 19 + [0.0] * 10
+
+
+@pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, -0.5])
+def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(bench: Graph, command: float) -> None:
+    commander = Commander(bench)
+    bench.add(Laser)
+    told = bench.hear(DiagnosticArray, "/diagnostics", commander.node)
+    commander.command = 0.5
+    bench.until(lambda: commander.last() == 0.5)
+    commander.command = command
+    bench.until(lambda: commander.last() == 0.0)
+    commander.command = 0.25
+    bench.until(lambda: commander.last() == 0.25)
+
+    def errors() -> list[str]:
+        own = [s for m in told.messages for s in m.status if s.name == "/lce/laser"]
+        return [s.message for s in own if s.level == b"\x02"]
+
+    bench.until(errors, 3.0, "an error in the diagnostics")
+    assert "not a power" in errors()[0]
+    assert all(math.isfinite(p) and 0.0 <= p <= 2.0 for p in commander.power.data)
+
+
+def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(bench: Graph) -> None:
+    commander = Commander(bench)
+    laser = bench.add(Laser, max_power_w=1.5)
+    commander.command = 50.0
+    bench.until(lambda: commander.last() == 1.5)
+    [result] = laser.set_parameters([Parameter("max_power_w", value=0.75)])
+    assert result.successful
+    bench.until(lambda: commander.last() == 0.75)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("max_power_w", 11.0), ("max_power_w", math.nan), ("command_timeout_s", 5.0), ("device", "x")],
+)
+def test_parameters_out_of_range_are_refused_live_and_at_the_start(
+    bench: Graph, name: str, value: object
+) -> None:
+    laser = bench.add(Laser)
+    [result] = laser.set_parameters([Parameter(name, value=value)])
+    assert not result.successful and name in result.reason
+    with pytest.raises(ValueError, match=name):
+        Laser(context=bench.context, parameter_overrides=[Parameter(name, value=value)])
+
+
+def test_two_commanders_are_reported(bench: Graph) -> None:
+    first, second = Commander(bench), bench.probe("rival")
+    bench.add(Laser)
+    second.advertise(Float64, "laser/power_command")
+    told = bench.hear(DiagnosticArray, "/diagnostics", first.node)
+    bench.until(
+        lambda: any("2 nodes command" in s.message for m in told.messages for s in m.status),
+        4.0,
+        "the report",
+    )
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_stop_signal_leaves_zero_as_the_last_word_and_status_0(
+    bench: Graph, number: signal.Signals
+) -> None:
+    commander, process = shining(bench)
+    process.send_signal(number)
+    sent_s = time.monotonic()
+    bench.until(lambda: commander.last() == 0.0, 1.0, "zero power")
+    assert time.monotonic() - sent_s < 0.2
+    bench.until(lambda: process.poll() is not None, 5.0, "the end of the process")
+    bench.spin_for(0.05)
+    assert commander.last() == 0.0
+    assert process.returncode == 0
+    assert process.stderr is not None and process.stderr.read() == ""
+
+
+def test_an_exception_in_a_callback_leaves_zero_and_a_traceback_and_status_1(bench: Graph) -> None:
+    commander, process = shining_then_failing(bench, "raise RuntimeError('burnt')")
+    assert process.returncode == 1
+    assert process.stderr is not None and "RuntimeError: burnt" in process.stderr.read()
+    assert commander.last() == 0.0
+
+
+def test_a_shutdown_of_ros_within_the_process_ends_it_in_order(bench: Graph) -> None:
+    _, process = shining_then_failing(bench, "import rclpy; rclpy.shutdown()")
+    assert process.returncode == 0
+
+
+def shining_then_failing(bench: Graph, statement: str) -> tuple[Commander, subprocess.Popen[str]]:
+    """A laser whose own timer runs a statement one second after its start."""
+    code = f"""
+import sys
+from lce_drivers.laser_node import Laser
+from lce_ros.node import run
+class Failing(Laser):
+    def __init__(self):
+        super().__init__()
+        self.create_timer(1.0, self.fail)
+    def fail(self):
+        {statement}
+sys.exit(run(Failing))
+"""
+    process = bench.start(LASER, code=code)
+    commander = Commander(bench)
+    commander.command = 0.5
+    bench.until(lambda: commander.last() == 0.5, 20.0, "the laser shining")
+    bench.until(lambda: process.poll() is not None, 10.0, "the end of the process")
+    bench.spin_for(0.05)
+    return commander, process
+
+
+def test_a_clock_that_stands_still_ends_the_node(bench: Graph) -> None:
+    laser = bench.add(Laser)
+    bench.spin_for(0.3)
+    for timer in laser.timers:
+        if timer.clock is laser.get_clock():
+            timer.cancel()
+    with pytest.raises(RuntimeError, match="clock was set back"):
+        bench.spin_for(2.0)
+
+
+def test_a_bad_parameter_is_one_line_and_status_1(bench: Graph) -> None:
+    process = bench.start(LASER, max_power_w=99.0)
+    out, error = process.communicate(timeout=20)
+    assert process.returncode == 1
+    assert out == "" and error.count("\n") == 1
+    assert all(word in error for word in ("laser", "max_power_w", "99", "10"))

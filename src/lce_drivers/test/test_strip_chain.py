@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""laser → simulator → camera and distance sensor: what is measured is the model plus the noise."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from lce_drivers.distance_sensor_node import DistanceSensor
+from lce_drivers.laser_node import Laser
+from lce_drivers.simulator_node import Simulator
+from lce_drivers.thermal_camera_node import ThermalCamera
+from lce_model import default_model, simulate
+from lce_ros.conversions import from_stamp
+from lce_ros.testing import Graph, Heard, graph
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+
+@dataclass
+class Recording:
+    power: Heard
+    temperature: Heard
+    displacement: Heard
+    true_temperature: Heard
+    true_displacement: Heard
+
+
+def record(bench: Graph, ticks: int, sim_time: bool = True, **parameters: Any) -> Recording:
+    """Half a watt for the first half, 0.1 W for the second, through all four nodes."""
+    bench.add(Laser, sim_time=sim_time)
+    bench.add(Simulator, sim_time=sim_time)
+    bench.add(ThermalCamera, sim_time=sim_time, **parameters)
+    bench.add(DistanceSensor, sim_time=sim_time, **parameters)
+    probe = bench.probe(sim_time=sim_time)
+    commands = probe.advertise(Float64, "laser/power_command")
+    topics = [(Float64, "laser/power"), (Temperature, "temperature"), (Float64, "displacement")]
+    topics += [(Temperature, "sim/temperature"), (Float64, "sim/displacement")]
+    heard = [bench.hear(msg_type, topic, probe) for msg_type, topic in topics]
+    bench.connect()
+    count = 0
+
+    def command() -> None:
+        nonlocal count
+        count += 1
+        commands.publish(Float64(data=0.5 if count < ticks / 2 else 0.1))
+
+    probe.every(0.01, command)
+    if sim_time:
+        bench.lockstep(ticks)
+    else:
+        bench.until(lambda: count >= ticks, ticks * 0.01 + 5.0)
+    return Recording(*heard)
+
+
+def test_the_measured_strip_is_the_model_plus_the_noise(bench: Graph) -> None:
+    run = record(bench, 1500)
+    power_times = np.round(run.power.times_s, 9)
+    model = simulate(default_model(), power_times, run.power.data)
+
+    at = np.searchsorted(
+        power_times, [round(from_stamp(m.header.stamp), 9) for m in run.temperature.messages]
+    )
+    error_k = np.array([m.temperature + 273.15 for m in run.temperature.messages]) - model.temperature_k[at]
+    assert len(run.temperature) == 150
+    assert error_k.std() == pytest.approx(0.06, rel=0.15)
+    assert abs(error_k.mean()) < 4 * 0.06 / math.sqrt(error_k.size)
+
+    at = np.searchsorted(power_times, np.round(run.displacement.times_s, 9))
+    error_m = np.array(run.displacement.data) - model.displacement_m[at]
+    assert len(run.displacement) == 1500
+    assert error_m.std() == pytest.approx(4e-6, rel=0.05)
+    assert abs(error_m.mean()) < 4 * 4e-6 / math.sqrt(error_m.size)
+    assert np.ptp(model.displacement_m) > 1e-4, "the strip moved"
+
+
+def test_the_true_state_is_the_model_to_the_last_digits(bench: Graph) -> None:
+    run = record(bench, 500)
+    model = simulate(default_model(), np.round(run.power.times_s, 9), run.power.data)
+    true_k = np.array([m.temperature for m in run.true_temperature.messages]) + 273.15
+    assert np.abs(true_k - model.temperature_k).max() < 1e-9
+    assert np.abs(np.array(run.true_displacement.data) - model.displacement_m).max() < 1e-12
+
+
+@pytest.mark.parametrize("seed", [1, 7])
+def test_the_same_seed_gives_the_same_recording(bench: Graph, seed: int) -> None:
+    with graph() as other:
+        one, two = record(bench, 300, seed=seed), record(other, 300, seed=seed)
+    assert one.displacement.data == two.displacement.data
+    assert one.displacement.times_s == two.displacement.times_s
+    assert one.temperature.messages == two.temperature.messages
+    assert one.power.data == two.power.data
+
+
+def test_real_time_is_simulated_time_within_the_noise(bench: Graph) -> None:
+    run = record(bench, 300, sim_time=False)
+    times = np.array(run.power.times_s)
+    model = simulate(default_model(), times, run.power.data)
+    displacement = np.interp(run.displacement.times_s, times, model.displacement_m)
+    error_m = np.array(run.displacement.data) - displacement
+    assert error_m.std() < 5e-6 and abs(error_m.mean()) < 1e-6
+    error_k = np.array([m.temperature + 273.15 for m in run.temperature.messages]) - np.interp(
+        [from_stamp(m.header.stamp) for m in run.temperature.messages], times, model.temperature_k
+    )
+    assert len(error_k) >= 27
+    assert error_k.std() < 0.1 and abs(error_k.mean()) < 0.05
+
+
+def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
+    laser = bench.start("lce_drivers.laser_node")
+    simulator = bench.add(Simulator)
+    probe = bench.probe()
+    commands = probe.advertise(Float64, "laser/power_command")
+    probe.every(0.01, lambda: commands.publish(Float64(data=2.0)))
+    truth = bench.hear(Temperature, "sim/temperature", probe)
+    bench.until(lambda: simulator._drive.power_w == 2.0, 20.0, "the strip in the light")
+    killed_s = probe.now_s()
+    bench.kill(laser)
+    bench.until(lambda: simulator._drive.power_w == 0.0, 2.0, "darkness")
+    assert probe.now_s() - killed_s < 0.2
+    bench.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, 2.0, "cooling")
+
+
+def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(bench: Graph) -> None:
+    probe = bench.probe()
+    bench.add(ThermalCamera)
+    bench.add(DistanceSensor)
+    truth = probe.advertise(Float64, "sim/displacement")
+    heard = bench.hear(Float64, "displacement", probe)
+    told = bench.hear(DiagnosticArray, "/diagnostics", probe)
+    bench.until(lambda: truth.get_subscription_count() == 1)
+    truth.publish(Float64(data=1e-3))
+    bench.until(lambda: len(heard) == 1)
+
+    def silent() -> set[str]:
+        return {s.name for m in told.messages for s in m.status if "no reading for" in s.message}
+
+    bench.until(
+        lambda: silent() == {"/lce/thermal_camera", "/lce/distance_sensor"}, 5.0, "the report of silence"
+    )
+    assert len(heard) == 1
+
+
+def test_noise_and_latency_can_be_changed_live_within_their_ranges(bench: Graph) -> None:
+    sensor = bench.add(DistanceSensor)
+    [result] = sensor.set_parameters([Parameter("noise_rms", value=0.0)])
+    assert result.successful
+    assert sensor._device._sensor.imperfection.noise_rms == 0.0
+    [result] = sensor.set_parameters([Parameter("latency_s", value=2.0)])
+    assert not result.successful and "latency_s" in result.reason
+
+
+@pytest.mark.parametrize(
+    ("parameter", "words"),
+    [
+        ({"model_file": "/nowhere/m.yaml"}, ("/nowhere/m.yaml",)),
+        ({"set": "['lumped.gain=-3']"}, ("lumped.gain", "-3", "2000")),
+        ({"set": "['gain=3']"}, ("gain", "lumped.gain")),
+    ],
+)
+def test_a_model_that_does_not_fit_is_one_line_and_status_1(
+    bench: Graph, parameter: dict[str, str], words: tuple[str, ...]
+) -> None:
+    process = bench.start("lce_drivers.simulator_node", **parameter)
+    _, error = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert error.count("\n") == 1
+    assert all(word in error for word in words)
