@@ -249,34 +249,41 @@ class _Search:
         self.progress(label, 0, 1, float("nan"))
         yield from problem.coordinates.to_free(free[np.argsort(problem.rms_of_rows(free))[:GUESSES]])
 
-    def joint(self, thermal: Problem | None, deformation: Problem | None) -> Problem | None:
-        """Step 3, or the last step of the only stage there is."""
-        if self.drive == "measured" or thermal is None or deformation is None:
-            last = deformation or thermal
-            if last is None or last is thermal or self.interrupted:
-                return replace(last, model=self.model, starts_k=self.starts) if last is thermal and last else last
-            optimum = self._polish(last, f"{self.model.deformation} model, all samples")
-            self._adopt_deformation(last, optimum.variables)
-            return replace(last, model=self.model)
-        sigma_t, sigma_d = (
-            max(p.series_rms(replace(p, model=self.model, starts_k=self.starts if p is thermal else p.starts_k).first(), c),
-                self._sigma(c) or 0.0)
-            for p, c in ((thermal, TEMPERATURE), (deformation, DISPLACEMENT))
-        )
+    def joint(self, thermal: Problem, deformation: Problem) -> Problem:
+        """Step 3: each output weighted by the misfit that steps 1 and 2 left."""
+        sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), TEMPERATURE)
+        sigma_d = self._misfit(deformation, DISPLACEMENT)
         problem = Problem(
             self.model, self.inputs, self._free(heat=True, deformation=True), self.starts, True,
             blocks_of(self.inputs, sigma_t, sigma_d),
         )
-        if not self.interrupted:
-            optimum = self._polish(problem, "both stages", 60)
-            self._adopt(problem, optimum.variables)
+        if self.interrupted:
+            return problem
+        optimum = self._polish(problem, "both stages")
+        self._adopt(problem, optimum.variables)
         return replace(problem, model=self.model, starts_k=self.starts)
+
+    def _misfit(self, problem: Problem, column: int) -> float:
+        return max(problem.series_rms(problem.first(), column), self._sigma(column) or 0.0)
+
+    def last_stage(self, deformation: Problem) -> Problem:
+        """The deformation alone, on every sample: where only it is fitted, or the measured temperature drives it."""
+        if self.interrupted:
+            return deformation
+        optimum = self._polish(deformation, f"{self.model.deformation} model, all samples")
+        self._adopt_deformation(deformation, optimum.variables)
+        return replace(deformation, model=self.model)
 
     def result(self) -> FitResult:
         thermal = self.thermal()
-        deformation = self.deformation() if not self.interrupted else None
-        problem = self.joint(thermal, deformation)
-        if problem is None:
+        deformation = None if self.interrupted else self.deformation()
+        if thermal is not None and deformation is not None and self.drive == "model":
+            problem = self.joint(thermal, deformation)
+        elif deformation is not None:
+            problem = self.last_stage(deformation)
+        elif thermal is not None:
+            problem = replace(thermal, model=self.model, starts_k=self.starts)
+        else:
             raise LceError("none of the runs holds a series that this model predicts")
         report = None if self.interrupted else _uncertainty(problem)
         values = _annotated(self.model, problem, report)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A model is a tuple of terms: each bound by name, in order, compiled together and cached."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lce_model import LceError
+from lce_model.compose import RECORDED, compile_terms
+from lce_model.library import THERMAL, terms
+from lce_model.terms import Parameter, Term
+
+
+def constant_heating(heating: float, rate: float) -> float:
+    return heating + rate
+
+
+EXTRA = Term(
+    "extra", "heat", "dT/dt + rate", (Parameter("rate", "K/s", 0.0, -1.0, 1.0, "a test", "this test"),),
+    ("heating",), constant_heating,
+)
+
+
+def run(members: tuple[Term, ...], parameters: list[float]) -> np.ndarray:
+    time = np.arange(0.0, 30.0, 0.01)
+    out = np.empty((time.size, len(RECORDED)))
+    compile_terms(members).run(time, np.ones_like(time), np.empty(0), 301.15, 0.0, np.array(parameters), out)
+    return out[:, 0]
+
+
+def test_a_term_at_its_null_value_changes_nothing_to_the_last_bit() -> None:
+    ambient, lumped = THERMAL["lumped"]
+    with_null = run((ambient, EXTRA, lumped), [301.15, 0.0, 30.0, 18.0])
+    np.testing.assert_array_equal(with_null, run((ambient, lumped), [301.15, 30.0, 18.0]))
+
+
+def test_a_term_adds_to_the_heat_balance_that_follows_it() -> None:
+    ambient, lumped = THERMAL["lumped"]
+    heated = run((ambient, EXTRA, lumped), [301.15, 0.1, 30.0, 18.0])
+    assert heated[-1] == pytest.approx(301.15 + 31.8 * (1.0 - np.exp(-29.99 / 18.0)), rel=1e-12)
+
+
+def test_the_tuple_is_ordered_by_stage() -> None:
+    names = [t.name for t in terms("lumped", "dynamic")]
+    assert names == ["ambient", "lumped", "branch", "dynamic", "stretch_law", "strip"]
+
+
+def test_a_term_that_asks_for_what_is_not_there_is_refused() -> None:
+    def odd(colour: float) -> float:
+        return colour
+
+    with pytest.raises(LceError, match="argument 'colour' of odd is no signal, parameter or state"):
+        Term("odd", "heat", "", (), ("heating",), odd)
+    with pytest.raises(LceError, match="unknown output 'colour'"):
+        Term("odd", "heat", "", (), ("colour",), constant_heating)
+    with pytest.raises(LceError, match="has states memory but no start"):
+        Term("odd", "heat", "", (), ("heating",), lambda heating: heating, states=("memory",))
+
+
+def test_parameters_check_themselves() -> None:
+    with pytest.raises(LceError, match=r"not an interval"):
+        Parameter("a", "1", 0.0, 1.0, -1.0, "", "")
+    with pytest.raises(LceError, match=r"5 K is outside \[0, 1\] K"):
+        Parameter("a", "K", 5.0, 0.0, 1.0, "", "")
+    with pytest.raises(LceError, match="log scale needs a positive lower bound"):
+        Parameter("a", "1", 0.5, 0.0, 1.0, "", "", "log")
+
+
+def test_a_second_process_loads_what_the_first_compiled(tmp_path: Path) -> None:
+    program = (
+        "import numba; from lce_model import default_model; k = default_model('lumped', 'none').kernel; "
+        "print(sum(sum(f.stats.cache_hits.values()) for f in (k.run, k.begin, k.advance)))"
+    )
+    environment = os.environ | {"LCE_CACHE_DIR": str(tmp_path)}
+    hits = [
+        subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert [h.strip() for h in hits] == ["0", "3"]

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Model files: what is written reads back, and what does not fit is named."""
+
+from pathlib import Path
+
+import pytest
+from lce_model import LceError, default_model, load_model, save_model
+
+
+@pytest.mark.parametrize("deformation", ["none", "equilibrium", "dynamic"])
+def test_a_model_reads_back_as_it_was(tmp_path: Path, deformation: str) -> None:
+    model = default_model("lumped", deformation)
+    save_model(model, tmp_path / "m.yaml")
+    assert load_model(tmp_path / "m.yaml") == model
+
+
+def test_fit_record_errors_and_flags_survive(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    model = default_model()
+    first = replace(model.values[1], value=1.0 / 3.0, standard_error=2.5e-3, determined=True)
+    loose = replace(model.values[2], standard_error=None, determined=False)
+    model = model.with_values((model.values[0], first, loose, *model.values[3:]), {"runs": [{"name": "a", "nrmse": 0.02}]})
+    save_model(model, tmp_path / "m.yaml")
+    assert load_model(tmp_path / "m.yaml") == model
+
+
+def test_a_number_as_people_write_it_is_a_number(tmp_path: Path) -> None:
+    path = tmp_path / "m.yaml"
+    save_model(default_model(), path)
+    path.write_text(path.read_text().replace("5.58e-22", "6e-22"))
+    assert load_model(path)["equilibrium.a0"] == 6e-22
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("thermal: lumped", "thermal: lumpy", r"m\.yaml: thermal: unknown model 'lumpy'; one of none, lumped"),
+        ("gain:", "gian:", r"m\.yaml: parameters\.lumped: unknown key 'gian'; known: gain, tau"),
+        ("unit: K/W", "unit: K/mW", r"m\.yaml: parameters\.lumped\.gain\.unit: 'K/mW' does not fit.*'K/W'"),
+        ("value: 18.0", "value: -18.0", r"m\.yaml: lumped\.tau: -18 s is outside \[0\.1, 2000\] s"),
+        ("value: 18.0", "value: fast", r"m\.yaml: parameters\.lumped\.tau\.value: 'fast' is not a number"),
+        ("value: 18.0", "value: .nan", r"parameters\.lumped\.tau\.value: nan is not a finite number"),
+        ("bounds: [0.1, 2000.0]}", "bounds: [0.1]}", r"bounds: \[0\.1\] is not \[lower, upper\]"),
+        ("effects: []", "effects: [creeep]", r"m\.yaml: effects: unknown effect 'creeep'"),
+        ("format: lce-model-1", "format: 7", r"m\.yaml: format: 7 is not 'lce-model-1'"),
+        ("deformation: equilibrium", "colour: red", r"m\.yaml: the file: unknown key 'colour'"),
+        ("parameters:", "parameters: [", r"m\.yaml, line \d+: not a YAML file"),
+    ],
+)
+def test_what_does_not_fit_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "m.yaml"
+    save_model(default_model(), path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(LceError, match=message):
+        load_model(path)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LceError, match=r"none\.yaml: cannot be read"):
+        load_model(tmp_path / "none.yaml")
+
+
+def test_an_unwritable_place_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(LceError, match="cannot be written"):
+        save_model(default_model(), tmp_path / "missing" / "m.yaml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_setting_names_key_value_and_range() -> None:
+    with pytest.raises(LceError, match=r"lumped\.gain: 1e\+06 K/W is outside \[0\.1, 2000\] K/W"):
+        default_model().set({"lumped.gain": 1e6})
+    with pytest.raises(LceError, match=r"unknown parameter 'lumped\.gin'"):
+        default_model().set({"lumped.gin": 1.0})
