@@ -120,8 +120,8 @@ def _rates(temperature, fraction, plays, power_w, heat, light, area, kinetics, h
 def run(time_s, power_w, inner_step_s, state, heat, light, area, kinetics, half_width, haller, pull):  # type: ignore[no-untyped-def]
     """March through `time_s` with power held between samples.
 
-    `state` = (temperature, fraction, plays) is changed. Returns (surface, back, bulk temperature, bulk fraction,
-    mean stretch), each (n,), at the samples.
+    `state` = (temperature, fraction, plays) is changed. Returns (surface, back, bulk temperature, bulk
+    fraction, mean stretch), each (n,), at the samples.
     """
     temperature, fraction, plays = state
     held = heat, light, area, kinetics, half_width
