@@ -3,7 +3,7 @@
 
 Publishes   laser/power_command  std_msgs/Float64, W, 100 Hz from the moment all are there
 Parameters  protocol     a PROTOCOL of `lce run --help`, one run: pulse:amp=0.2,th=30, or a wave.csv
-            wait_for     names of the nodes that must listen before it begins, in its namespace
+            wait_for_recorder  begin only when the recorder listens too, and not the laser alone
             patience_s   s, how long it waits for them
             lead_s       s, dark time before and after the waveform
             progress     print the seconds played on stdout, for `lce run`
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import rclpy
 from lce_model.errors import LceError
@@ -31,11 +32,12 @@ _REPORT_S = 0.25
 class ExperimentPlayer(BenchNode):
     """Plays one waveform. `finished` is True once it is over; `played_s` runs from 0 to `total_s`."""
 
-    def __init__(self, on_finish: Callable[[], object] = lambda: None) -> None:
-        super().__init__("experiment_player")
+    def __init__(self, on_finish: Callable[[], object] = lambda: None, **options: Any) -> None:
+        super().__init__("experiment_player", **options)
         self._on_finish = on_finish
         text = self.declare("protocol", "", "protocol or path of a wave.csv", read_only=True)
-        self._wait_for = self.declare("wait_for", ["laser"], "nodes that must listen first", read_only=True)
+        recorded = self.declare("wait_for_recorder", False, "begin only with the recorder", read_only=True)
+        self._wait_for = ["laser", "recorder"] if recorded else ["laser"]
         patience_s = self.declare(
             "patience_s", 30.0, "how long it waits", unit="s", lower=0.0, read_only=True
         )

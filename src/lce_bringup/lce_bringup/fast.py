@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +11,7 @@ import rclpy
 from lce_ros.node import BenchNode
 from rclpy.signals import SignalHandlerOptions
 
-from lce_bringup.graph import BENCH, PLAYER, RECORDER, NodeSpec, Plan
+from lce_bringup.graph import BENCH, PLAYER, RECORDER, Plan, node_class
 from lce_bringup.lockstep import Lockstep
 
 _TELL_TICKS = 100
@@ -31,18 +30,13 @@ def run_fast(plan: Plan, progress: Callable[[float], None]) -> None:
         nodes: list[BenchNode] = []
         try:
             for spec in (PLAYER, *BENCH, RECORDER):
-                nodes.append(_make(spec))
+                nodes.append(node_class(spec)())
             _play(nodes, progress)
         finally:
             for node in nodes:
                 node.close()
                 node.destroy_node()
             rclpy.try_shutdown()
-
-
-def _make(spec: NodeSpec) -> BenchNode:
-    node: BenchNode = getattr(importlib.import_module(spec.module), spec.factory)()
-    return node
 
 
 def _play(nodes: list[BenchNode], progress: Callable[[float], None]) -> None:

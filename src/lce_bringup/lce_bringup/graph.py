@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import yaml
+from lce_model.errors import LceError
 
 from lce_bringup import bag_metadata, experiment
 from lce_bringup.protocols import Wave
@@ -33,14 +37,14 @@ BENCH = (
     NodeSpec("thermal_camera", "lce_drivers.thermal_camera_node", "ThermalCamera"),
     NodeSpec("distance_sensor", "lce_drivers.distance_sensor_node", "DistanceSensor"),
 )
-MEASURED = ("laser/power", "temperature", "displacement")
 
 
 @dataclass(frozen=True)
 class Plan:
     """One run: what is played, where it is recorded, on which strip, and the seed of its sensor noise.
 
-    `model` None stands for the bench's default strip; `settings` are TERM.PARAM of the model, in its units.
+    `model` None stands for the bench's default strip; `settings` are TERM.PARAM of the model, in its units;
+    `measured` are the topics that must be heard before a run in real time begins.
     """
 
     wave: Wave
@@ -49,6 +53,8 @@ class Plan:
     settings: Mapping[str, float]
     seed: int
     fast: bool
+    conditions: Mapping[str, float] = field(default_factory=dict)
+    measured: tuple[str, ...] = ("laser/power", "temperature", "displacement")
 
     def parameters(self) -> dict[str, dict[str, Any]]:
         """ROS parameters by node name, over those of config/bench.yaml."""
@@ -59,7 +65,7 @@ class Plan:
             self.seed,
             self.model,
             self.settings,
-            {},
+            self.conditions,
         )
         strip: dict[str, Any] = {"set": [f"{key}={value!r}" for key, value in self.settings.items()] or [""]}
         if self.model is not None:
@@ -69,11 +75,11 @@ class Plan:
             "recorder": {
                 "out": str(self.folder.resolve()),
                 "experiment": json.dumps(about),
-                "after": [""] if self.fast else list(MEASURED),
+                "after": [""] if self.fast else list(self.measured),
             },
             "experiment_player": {
                 "protocol": self.wave.text,
-                "wait_for": ["laser", "recorder"],
+                "wait_for_recorder": True,
                 "progress": not self.fast,
             },
             "thermal_camera": {"seed": self.seed},
@@ -86,13 +92,24 @@ class Plan:
         for name, values in self.parameters().items():
             content[f"/**/{name}"] = {"ros__parameters": values}
         parameter_file.write_text(bag_metadata.dump(content), encoding="utf-8")
-        files = [config_file("bench.yaml"), parameter_file]
+        files = [config_file("bench.yaml"), config_file("simulated.yaml"), parameter_file]
         return [
             "--ros-args",
             "-r",
             f"__ns:={NAMESPACE}",
             *(word for f in files for word in ("--params-file", str(f))),
         ]
+
+
+def check_power(wave: Wave) -> None:
+    """Raise LceError for a waveform that the laser would cut off."""
+    entries = yaml.safe_load(config_file("bench.yaml").read_text(encoding="utf-8"))
+    limit_w = entries["/**/laser"]["ros__parameters"]["max_power_w"]
+    most_w = float(wave.power_w.max())
+    if most_w > limit_w:
+        raise LceError(
+            f"{wave.text}: asks for {most_w:g} W; the laser gives {limit_w:g} W (max_power_w in bench.yaml)"
+        )
 
 
 def config_file(name: str) -> Path:
@@ -103,6 +120,11 @@ def config_file(name: str) -> Path:
     from ament_index_python.packages import get_package_share_directory
 
     return Path(get_package_share_directory("lce_bringup")) / "config" / name
+
+
+def node_class(spec: NodeSpec) -> Any:
+    """The class of a node, whose module is imported only now."""
+    return getattr(importlib.import_module(spec.module), spec.factory)
 
 
 def python(spec: NodeSpec) -> list[str]:

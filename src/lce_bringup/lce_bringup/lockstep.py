@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulated time for nodes in one process, as quickly as the machine can and the same every time.
 
-A tick sets every node's clock, fires the timers that are due, node by node in the order given, and hands over
-every message before the next tick begins. Publishing within a process puts a message straight into the
-readers' queues, so these are read directly: building the wait sets of an executor costs ten times the work itself.
+A tick sets every node's clock, fires the timers that are due, node by node in the order given, and hands
+over every message before the next tick begins. Publishing within a process puts a message straight into the
+readers' queues, so these are read directly: the wait sets of an executor cost ten times the work itself.
 """
 
 from __future__ import annotations

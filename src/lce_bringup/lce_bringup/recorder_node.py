@@ -20,6 +20,7 @@ import importlib
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -33,17 +34,28 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from lce_bringup import experiment
 from lce_bringup.bag import BagWriter
+from lce_bringup.message_types import message_type
 from lce_bringup.topics import COMMAND, LATCHED, RECORDED
 
 _QUEUE = 1000
 """Messages the middleware keeps while this process is kept from reading: 10 s at 100 Hz."""
 
 
+@dataclass(frozen=True)
+class _Stream:
+    """A topic as it was asked for, its resolved name, its type by name and as a class."""
+
+    topic: str
+    name: str
+    type_name: str
+    kind: Any
+
+
 class Recorder(BenchNode):
     """Raw messages in, rosbag2 folder out; see the module for topics and parameters."""
 
-    def __init__(self) -> None:
-        super().__init__("recorder")
+    def __init__(self, **options: Any) -> None:
+        super().__init__("recorder", **options)
         out = self.declare("out", "", "folder of the recording; must not exist", read_only=True)
         topics = self.declare("topics", list(RECORDED), "what is recorded", read_only=True)
         flush_s = self.declare(
@@ -63,20 +75,20 @@ class Recorder(BenchNode):
         about = _object(
             self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)
         )
+        streams = [self._stream(entry) for entry in topics]
+        self._after &= {stream.name for stream in streams}
         self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
         self._bag = BagWriter(self.folder)
         self._about = {**about, "started": experiment.now()}
         experiment.write(self.folder, self._about)
-        self._types: dict[str, str] = {}
         self._numbers: dict[str, int] = {}
         self._lost: dict[str, int] = {}
         self._simulated = self.get_clock().ros_time_is_active
-        named = [_topic(entry) for entry in topics]
-        self._later = [pair for pair in named if self._after and pair[0] == COMMAND]
-        for pair in named:
-            if pair not in self._later:
-                self._record(*pair)
-        self.every(flush_s, self._flush)
+        self._later = [stream for stream in streams if self._after and stream.topic == COMMAND]
+        for stream in streams:
+            if stream not in self._later:
+                self._record(stream)
+        self.every(flush_s, self._bag.flush)
 
     def close(self) -> None:
         """Finish the bag."""
@@ -90,26 +102,35 @@ class Recorder(BenchNode):
             experiment.write(self.folder, self._about)
         super().close()
 
-    def _record(self, topic: str, type_name: str) -> None:
-        package, _, message = type_name.split("/")
+    def _stream(self, entry: str) -> _Stream:
+        """What an entry of the parameter `topics` stands for. Raises LceError where there is no such type."""
+        topic, _, type_name = entry.strip().partition(" ")
+        type_name = type_name.strip() or RECORDED.get(topic, "")
+        if len(type_name.split("/")) != 3:
+            raise LceError(f"recorder: topic {entry!r} has no type here; write it as 'NAME pkg/msg/Type'")
+        package, _, message = message_type(type_name).name.split("/")
         kind = getattr(importlib.import_module(f"{package}.msg"), message)
-        name = self.resolve_topic_name(topic)
-        self._types[name] = type_name
-        self.received.setdefault(name, 0)
-        qos = QoSProfile(depth=_QUEUE)
-        if topic in LATCHED:
-            qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        self.create_subscription(kind, topic, functools.partial(self._keep, name), qos, raw=True)
+        return _Stream(topic, self.resolve_topic_name(topic), type_name, kind)
 
-    def _keep(self, topic: str, message: bytes, info: dict[str, Any]) -> None:
+    def _record(self, stream: _Stream) -> None:
+        self.received.setdefault(stream.name, 0)
+        qos = QoSProfile(depth=_QUEUE)
+        if stream.topic in LATCHED:
+            qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        self.create_subscription(
+            stream.kind, stream.topic, functools.partial(self._keep, stream), qos, raw=True
+        )
+
+    def _keep(self, stream: _Stream, message: bytes, info: dict[str, Any]) -> None:
+        topic = stream.name
         self.received[topic] += 1
         if topic not in self._bag.counts:
             publishers = self.get_publishers_info_by_topic(topic)
-            self._bag.add_topic(topic, self._types[topic], _offered(publishers))
+            self._bag.add_topic(topic, stream.type_name, _offered(publishers))
             self._lost[topic] = 0
             self._after.discard(topic)
             while self._later and not self._after:
-                self._record(*self._later.pop())
+                self._record(self._later.pop())
         now_ns = self.get_clock().now().nanoseconds
         self._bag.write(topic, now_ns, now_ns if self._simulated else info["source_timestamp"], message)
         self._count_lost(topic, info["publication_sequence_number"])
@@ -137,14 +158,6 @@ def _offered(publishers: Sequence[TopicEndpointInfo]) -> list[dict[str, Any]]:
         if profile not in profiles:
             profiles.append(profile)
     return profiles
-
-
-def _topic(entry: str) -> tuple[str, str]:
-    name, _, type_name = entry.strip().partition(" ")
-    type_name = type_name.strip() or RECORDED.get(name, "")
-    if len(type_name.split("/")) != 3:
-        raise LceError(f"recorder: topic {entry!r} has no type here; write it as 'NAME pkg/msg/Type'")
-    return name, type_name
 
 
 def _object(text: str) -> dict[str, Any]:

@@ -49,8 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = (
         f"{protocols.explain()}\n\n"
-        "The path of each recording is printed on stdout. With --fast the same --seed gives the same data; the\n"
-        "runs of a campaign take --seed, --seed + 1, ..."
+        "The path of each recording is printed on stdout. With --fast the same --seed gives the same\n"
+        "data; the runs of a campaign take --seed, --seed + 1, ..."
     )
 
 
@@ -72,12 +72,14 @@ def _plans(args: argparse.Namespace) -> list[Plan]:
     from lce_model.errors import LceError
 
     from lce_bringup import protocols
-    from lce_bringup.graph import Plan
+    from lce_bringup.graph import Plan, check_power
     from lce_bringup.settings import parse_settings
 
     waves = protocols.load(args.protocol)
+    for wave in waves:
+        check_power(wave)
     settings = parse_settings(args.set)
-    _check_strip(args.model, settings)
+    conditions, measured = _strip(args.model, settings)
     if args.seed is not None and args.seed < 0:
         raise LceError(f"--seed {args.seed}: must be 0 or more")
     seed = secrets.randbelow(2**31) if args.seed is None else args.seed
@@ -88,17 +90,25 @@ def _plans(args: argparse.Namespace) -> list[Plan]:
         if folder.exists():
             raise LceError(f"{folder}: exists already; a recording is never overwritten")
     return [
-        Plan(wave, folder, args.model, settings, seed + k, args.fast)
+        Plan(wave, folder, args.model, settings, seed + k, args.fast, conditions, measured)
         for k, (wave, folder) in enumerate(zip(waves, folders, strict=True))
     ]
 
 
-def _check_strip(model: Path | None, settings: dict[str, float]) -> None:
-    """Raise LceError for a model file or a setting that the simulator would refuse."""
-    from lce_model import default_model, load_model
+def _strip(model: Path | None, settings: dict[str, float]) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Conditions of the run and the topics it gives. Raises LceError for what the simulator would refuse."""
+    from lce_model import KELVIN, LceError, default_model, load_model
 
-    strip = default_model() if model is None else load_model(model)
-    strip.set(settings)
+    strip = (default_model() if model is None else load_model(model)).set(settings)
+    if strip.thermal == "none":
+        raise LceError(f"{model}: has no thermal stage; a strip on the bench is driven by laser power")
+    conditions = {}
+    if "ambient.t_env" in strip:
+        conditions["ambient_temperature_c"] = round(strip["ambient.t_env"] - KELVIN, 6)
+    if "strip.length" in strip:
+        conditions["strip_length_m"] = strip["strip.length"]
+    topics = ["laser/power", "temperature"]
+    return conditions, tuple(topics if strip.deformation == "none" else [*topics, "displacement"])
 
 
 def _run(plan: Plan) -> None:
