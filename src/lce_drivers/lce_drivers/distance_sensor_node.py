@@ -3,8 +3,9 @@
 
 Publishes   displacement      std_msgs/Float64, m, contraction positive, 100 Hz
 Subscribes  sim/displacement  std_msgs/Float64, m, the true one (device simulated only)
-Parameters  device            simulated | keyence; the latter declares the parameters of `keyence_sensor`
+Parameters  device            simulated | keyence
             noise_rms, quantum (m), latency_s (s), seed of the simulated sensor
+            keyence.*         port, baud_rate, timeout_s, dialect, out, sign, zero, metres
             stale_after_s     s, silence that is reported
 
 The simulated sensor measures each sample of the strip, and as it comes: a timer of its own would make every
@@ -18,9 +19,12 @@ from typing import Any, Final
 from lce_ros.node import run
 from std_msgs.msg import Float64
 
-from lce_drivers.sensor import Imperfection, Reading
+from lce_drivers.background import Background
+from lce_drivers.keyence import DIALECTS, KeyenceLink, Mounting, open_port
+from lce_drivers.sensor import Imperfection, Reading, SensorDevice
 from lce_drivers.sensor_node import DeviceFactory, SensorNode, Simulated
 
+PERIOD_S: Final = 0.01
 SIMULATED: Final = Imperfection(noise_rms=4e-6, quantum=1e-6, latency_s=0.0)
 
 
@@ -33,7 +37,31 @@ def simulated(node: SensorNode) -> Simulated:
     return Simulated(node, (Float64, "sim/displacement", read), "m", SIMULATED, math.inf)
 
 
-DEVICES: Final[dict[str, DeviceFactory]] = {"simulated": simulated}
+def keyence(node: SensorNode) -> SensorDevice:
+    """A Keyence LK-G5000 or LK-G controller on a serial port."""
+
+    def fixed(name: str, default: Any, description: str, **limits: Any) -> Any:
+        return node.declare(f"keyence.{name}", default, description, read_only=True, **limits)
+
+    path = fixed("port", "/dev/ttyUSB0", "serial port")
+    baud_rate = fixed("baud_rate", 115200, "baud rate", unit="1/s", lower=1200, upper=921600)
+    timeout_s = fixed("timeout_s", 0.1, "longest wait for an answer", unit="s", lower=0.01, upper=1.0)
+    dialect = fixed("dialect", "lk_g5000", "language of the controller", choices=tuple(DIALECTS))
+    out = fixed("out", 1, "output of the controller", lower=1, upper=12)
+    mounting = Mounting(
+        sign=fixed("sign", 1.0, "-1 where contraction lowers the display", lower=-1.0, upper=1.0),
+        zero=fixed("zero", 0.0, "sign * display of the strip at rest", unit="unit of the display"),
+        metres=fixed("metres", 1e-3, "unit of the display", unit="m", lower=1e-9, upper=1.0),
+    )
+    device = Background(
+        lambda: KeyenceLink(open_port(path, baud_rate, timeout_s), dialect, out, mounting, node.now_s),
+        "keyence",
+    )
+    node.every(PERIOD_S, lambda: node.deliver_newest(device.poll()))
+    return device
+
+
+DEVICES: Final[dict[str, DeviceFactory]] = {"simulated": simulated, "keyence": keyence}
 
 
 class DistanceSensor(SensorNode):

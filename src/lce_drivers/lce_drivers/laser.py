@@ -10,7 +10,11 @@ from lce_ros.held import Held
 
 
 class PowerOutput(Protocol):
-    """A laser that takes a power; a device that cannot be written raises OSError."""
+    """A laser that takes a power; a device that does not answer raises OSError."""
+
+    @property
+    def max_power_w(self) -> float:
+        """The most that the device can give [W]."""
 
     def write(self, power_w: float) -> None:
         """Set the optical power [W]."""
@@ -21,6 +25,8 @@ class PowerOutput(Protocol):
 
 class SimulatedOutput:
     """The simulated strip takes its power from the topic laser/power: there is nothing to write to."""
+
+    max_power_w = math.inf
 
     def write(self, power_w: float) -> None:
         pass

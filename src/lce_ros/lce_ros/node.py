@@ -32,6 +32,10 @@ from lce_ros.qos import LATCHED, STREAM, deeper
 STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
+class NodeFault(RuntimeError):
+    """The node cannot go on: its process ends in order, with this one line and status 1."""
+
+
 class CountingPublisher(Publisher):
     """A publisher that enters what it publishes in its node's ``published``."""
 
@@ -67,6 +71,11 @@ class BenchNode(Node):
         self.add_on_set_parameters_callback(self._check)
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics")
         self.every(1.0, self._tell)
+
+    @property
+    def on_sim_time(self) -> bool:
+        """Whether the node's clock is simulated time."""
+        return bool(self.value("use_sim_time"))
 
     def now_s(self) -> float:
         """Time [s] of the node's clock."""
@@ -196,37 +205,46 @@ def _profile(latched: bool, depth: int | None) -> QoSProfile:
 
 
 def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> int:
-    """Make a node and spin it until SIGINT, SIGTERM, SIGHUP, a shutdown of ROS or an exception; the exit
-    status.
+    """Make a node and spin it until a stop signal, a shutdown of ROS or an exception; the exit status.
 
     ``close`` is called on every one of these ways out, with ROS still up so that it can publish a last word.
-    A ValueError of the factory (a parameter outside its range, a model file that cannot be read) is one line
-    and status 1; any other exception keeps its traceback.
+    A ValueError of the factory (a parameter outside its range, a model file that cannot be read) and a
+    NodeFault at any time are one line on stderr and status 1; any other exception keeps its traceback.
     """
     stop = Future()
     with _stop_on_signals(stop):
         # rclpy's own handlers would take ROS down before close() could publish anything.
         rclpy.init(args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO)
         try:
-            node = factory()
-        except ValueError as error:
-            print(error, file=sys.stderr)
-            try_shutdown()
+            _spin(_made(factory), stop)
+        except NodeFault as fault:
+            print(fault, file=sys.stderr)
             return 1
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        # A full collection over what is loaded by now takes tens of ms: ticks would be late.
-        gc.collect()
-        gc.freeze()
-        try:
-            executor.spin_until_future_complete(stop)
-        except ExternalShutdownException:
-            pass
         finally:
-            node.close()
-            node.destroy_node()
             try_shutdown()
     return 0
+
+
+def _made(factory: Callable[[], BenchNode]) -> BenchNode:
+    try:
+        return factory()
+    except ValueError as error:
+        raise NodeFault(error) from error
+
+
+def _spin(node: BenchNode, stop: Future) -> None:
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    # A full collection over what is loaded by now takes tens of ms: ticks would be late.
+    gc.collect()
+    gc.freeze()
+    try:
+        executor.spin_until_future_complete(stop)
+    except ExternalShutdownException:
+        pass
+    finally:
+        node.close()
+        node.destroy_node()
 
 
 @contextmanager

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A slow device read in a thread of its own, so that no executor ever waits for it."""
+
+import threading
+from collections.abc import Callable
+from typing import Protocol
+
+from lce_drivers.sensor import Reading
+
+
+class NoReading(Exception):
+    """The device is there but has no value: over range, in its settings, a frame lost."""
+
+
+class Link(Protocol):
+    """An open connection to a device."""
+
+    def read(self) -> Reading | None:
+        """Wait a short time (at most about 0.2 s) for a reading; None where none came.
+
+        NoReading where the device says that it has none, OSError where the connection is broken.
+        """
+
+    def close(self) -> None:
+        """Let go of the connection."""
+
+
+class Background:
+    """A SensorDevice that keeps the newest reading of a link, and connects again when the link breaks.
+
+    ``poll`` gives each reading at most once and never waits.
+    """
+
+    def __init__(self, connect: Callable[[], Link], name: str, retry_s: float = 1.0) -> None:
+        """``connect`` opens the link or raises OSError; it and the link are used in the thread only."""
+        self._connect = connect
+        self._retry_s = retry_s
+        self._newest: Reading | None = None
+        self._fault: str | None = "not connected yet"
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def poll(self) -> Reading | None:
+        """The newest reading that was not given yet."""
+        reading, self._newest = self._newest, None
+        return reading
+
+    def fault(self) -> str | None:
+        if not self._thread.is_alive():
+            return "the thread that reads the device has ended"
+        return self._fault
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            try:
+                link = self._connect()
+                try:
+                    self._read(link)
+                finally:
+                    link.close()
+            except OSError as error:
+                self._fault = str(error)
+                self._stop.wait(self._retry_s)
+
+    def _read(self, link: Link) -> None:
+        while not self._stop.is_set():
+            try:
+                reading = link.read()
+            except NoReading as why:
+                self._fault = str(why)
+                continue
+            if reading is not None:
+                self._newest, self._fault = reading, None

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The camera link on Aravis' own GigE Vision camera over loopback, where Aravis is installed."""
+
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from lce_drivers.background import Background, NoReading
+from lce_drivers.flir import CameraSettings, FlirLink, aravis
+from lce_drivers.sensor import Reading
+from lce_drivers.thermal_camera_node import ThermalCamera
+from lce_ros.conversions import from_stamp
+from lce_ros.testing import Graph
+from sensor_msgs.msg import Temperature
+
+SETTINGS = CameraSettings(
+    camera="Aravis-Fake-GV01", ir_format="", lower_k=0.0, upper_k=700.0, packet_size=9000
+)
+FAKE_CAMERA = shutil.which("arv-fake-gv-camera-0.8")
+
+
+def test_a_missing_aravis_names_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "gi", None)
+    with pytest.raises(OSError, match=r"install gir1.2-aravis-0.8 and python3-gi"):
+        aravis()
+
+
+@pytest.fixture
+def camera() -> Iterator[None]:
+    pytest.importorskip("gi")
+    try:
+        aravis()
+    except OSError as error:
+        pytest.skip(str(error))
+    if FAKE_CAMERA is None:
+        pytest.skip("arv-fake-gv-camera-0.8 (package aravis-tools) is not installed")
+    process = subprocess.Popen([FAKE_CAMERA, "-i", "127.0.0.1", "-s", "GV01"])
+    yield
+    process.kill()
+    process.wait(timeout=5)
+
+
+def opened(settings: CameraSettings = SETTINGS) -> FlirLink:
+    end = time.monotonic() + 10.0
+    while True:
+        try:
+            return FlirLink(settings, time.monotonic)
+        except OSError:
+            assert time.monotonic() < end
+
+
+def read(link: FlirLink) -> Reading | None:
+    """A reading; the first frames over loopback are often incomplete."""
+    try:
+        return link.read()
+    except NoReading as why:
+        assert "incomplete frame" in str(why)
+        return None
+
+
+@pytest.mark.usefixtures("camera")
+def test_frames_become_ten_temperatures_a_second() -> None:
+    link = opened()
+    found: list[Reading] = []
+    end = time.monotonic() + 2.0
+    while time.monotonic() < end:
+        found += [reading] if (reading := read(link)) else []
+    link.close()
+    assert 15 <= len(found) <= 21
+    assert all(0.0 < r.value < 700.0 for r in found)
+    assert all(b.t_s - a.t_s > 0.05 for a, b in pairwise(found))
+
+
+@pytest.mark.usefixtures("camera")
+def test_implausible_frames_are_not_temperatures() -> None:
+    link = opened(replace(SETTINGS, lower_k=699.0))
+    end, why = time.monotonic() + 5.0, ""
+    while "not within [699, 700] K" not in why and time.monotonic() < end:
+        try:
+            assert link.read() is None
+        except NoReading as error:
+            why = str(error)
+    link.close()
+    assert "not within [699, 700] K" in why
+
+
+@pytest.mark.usefixtures("camera")
+def test_the_node_publishes_what_the_camera_sees(bench: Graph) -> None:
+    probe = bench.probe()
+    heard = bench.hear(Temperature, "temperature", probe)
+    settings = {"camera": "Aravis-Fake-GV01", "ir_format": "", "packet_size": 9000, "lower_c": -273.15}
+    bench.add(ThermalCamera, device="flir", **{f"flir.{k}": v for k, v in settings.items()})
+    bench.until(lambda: len(heard) >= 5)
+    ages_s = [t - from_stamp(m.header.stamp) for t, m in zip(heard.times_s, heard.messages, strict=True)]
+    assert all(0.03 <= age < 0.2 for age in ages_s)
+
+
+def test_a_camera_that_is_not_there_is_a_fault_that_names_it() -> None:
+    try:
+        aravis()
+    except OSError as error:
+        pytest.skip(str(error))
+    device = Background(lambda: FlirLink(replace(SETTINGS, camera="10.255.255.1"), time.monotonic), "test")
+    end = time.monotonic() + 10.0
+    while "10.255.255.1" not in (device.fault() or ""):
+        assert time.monotonic() < end
+    device.close()

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+import os
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+
+import pytest
+from lce_drivers.background import Background, NoReading
+from lce_drivers.distance_sensor_node import DistanceSensor
+from lce_drivers.keyence import KeyenceLink, Mounting, Refused, open_port, parse
+from lce_ros.testing import Graph
+from std_msgs.msg import Float64
+
+
+class Controller:
+    """A controller at the other end of a pseudo-terminal, written from the manual's command table."""
+
+    def __init__(self, older: bool = False) -> None:
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        self.path = os.ttyname(slave)
+        self._slave = slave
+        self._older = older
+        self.display = "+000.073"
+        self.measuring = True
+        self.dumb = False
+        self.asked: list[str] = []
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        line = b""
+        try:
+            while byte := os.read(self._master, 1):
+                if byte != b"\r":
+                    line += byte
+                    continue
+                command, line = line.decode(), b""
+                self.asked.append(command)
+                if not self.dumb:
+                    os.write(self._master, self._answer(command).encode() + b"\r")
+        except OSError:
+            return
+
+    def _answer(self, command: str) -> str:
+        if command in ("Q0", "R0"):
+            self.measuring = command == "R0"
+            return command
+        known = command == "M1" if self._older else command in ("MS,01", "MS,02")
+        if not known:
+            return f"ER,{command[:2]},50"
+        if not self.measuring:
+            return f"ER,{command[:2]},51"
+        return f"{command},{self.display}"
+
+    def close(self) -> None:
+        os.close(self._slave)
+        os.close(self._master)
+
+
+@pytest.fixture
+def controller() -> Iterator[Controller]:
+    c = Controller()
+    yield c
+    c.close()
+
+
+def link(
+    controller: Controller, dialect: str = "lk_g5000", out: int = 1, mounting: Mounting | None = None
+) -> KeyenceLink:
+    port = open_port(controller.path, 115200, 0.2)
+    return KeyenceLink(port, dialect, out, mounting or Mounting(), time.monotonic)
+
+
+@pytest.mark.parametrize(
+    ("answer", "value"),
+    [
+        (b"MS,01,+000.073\r", 0.073),
+        (b"MS,01,-12.3456\r", -12.3456),
+        (b"MS,01,+0001.50\r", 1.5),
+        (b"MS,01,+0000073\r", 73.0),
+    ],
+)
+def test_the_number_is_read_wherever_its_point_is(answer: bytes, value: float) -> None:
+    assert parse(answer, "MS,01") == value
+
+
+def test_the_older_dialect_is_read_too() -> None:
+    assert parse(b"M1,+00.0421\r", "M1") == 0.0421
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (b"MS,01,+FFFFFFF\r", "over range"),
+        (b"MS,01,-FFFFFFF\r", "over range"),
+        (b"MS,01,XXXXXXXX\r", "no value"),
+        (b"ER,MS,50\r", "command error"),
+        (b"ER,MS,51\r", "state error"),
+        (b"ER,MS,88\r", "time-out"),
+        (b"ER,MS,77\r", "unknown error"),
+        (b"ER,MS\r", "refuses"),
+        (b"MS,02,+000.073\r", "no answer to MS,01"),
+        (b"MS,01,\r", "not a number"),
+        (b"MS,01,+nan\r", "not a number"),
+        (b"MS,01,12..3\r", "not a number"),
+        (b"\xff\xfe\r", "no answer"),
+        (b"\r", "no answer"),
+    ],
+)
+def test_what_is_not_a_number_says_what_it_is(answer: bytes, words: str) -> None:
+    with pytest.raises(NoReading, match=words):
+        parse(answer, "MS,01")
+
+
+def test_display_becomes_displacement() -> None:
+    assert Mounting().displacement_m(1.5) == pytest.approx(1.5e-3)
+    assert Mounting(sign=-1.0, zero=2.0).displacement_m(-3.0) == pytest.approx(1e-3)
+
+
+def test_a_reading_over_a_serial_line(controller: Controller) -> None:
+    sensor = link(controller)
+    before = time.monotonic()
+    reading = sensor.read()
+    assert reading is not None and reading.value == pytest.approx(73e-6)
+    assert before <= reading.t_s <= time.monotonic()
+    controller.display = "-001.500"
+    reading = sensor.read()
+    assert reading is not None and reading.value == pytest.approx(-1.5e-3)
+    sensor.close()
+
+
+def test_the_older_dialect_over_a_serial_line() -> None:
+    controller = Controller(older=True)
+    sensor = link(controller, dialect="lk_g")
+    reading = sensor.read()
+    assert reading is not None and reading.value == pytest.approx(73e-6)
+    assert controller.asked == ["M1"]
+    sensor.close()
+    controller.close()
+
+
+def test_a_controller_left_in_its_settings_is_set_to_measure(controller: Controller) -> None:
+    controller.measuring = False
+    sensor = link(controller)
+    with pytest.raises(Refused, match="state error"):
+        sensor.read()
+    assert sensor.read() is not None
+    assert controller.asked == ["MS,01", "R0", "MS,01"]
+    sensor.close()
+
+
+def test_an_answer_that_is_missing_is_an_error_and_a_late_one_is_not_taken_for_the_next(
+    controller: Controller,
+) -> None:
+    sensor = link(controller)
+    controller.dumb = True
+    with pytest.raises(OSError, match="no answer to MS,01"):
+        sensor.read()
+    os.write(controller._master, b"MS,01,+999.999\r")
+    controller.dumb = False
+    reading = sensor.read()
+    assert reading is not None and reading.value == pytest.approx(73e-6)
+    sensor.close()
+
+
+def test_a_port_that_is_not_there_is_an_error() -> None:
+    with pytest.raises(OSError, match="/dev/ttyNOWHERE"):
+        open_port("/dev/ttyNOWHERE", 9600, 0.1)
+
+
+def wait_for(condition: Callable[[], object], timeout_s: float = 5.0) -> None:
+    end, pause = time.monotonic() + timeout_s, threading.Event()
+    while not condition():
+        assert time.monotonic() < end
+        pause.wait(0.005)
+
+
+def test_each_reading_is_given_once_and_a_fault_passes(controller: Controller) -> None:
+    device = Background(lambda: link(controller), "test", retry_s=0.05)
+    wait_for(lambda: device.fault() is None)
+    wait_for(lambda: device.poll() is not None)
+    controller.display = "+FFFFFFF"
+    wait_for(lambda: device.fault() == "over range (+FFFFFFF)")
+    device.poll()
+    assert device.poll() is None
+    controller.display = "+001.000"
+    wait_for(lambda: (r := device.poll()) is not None and r.value == pytest.approx(1e-3))
+    assert device.fault() is None
+    device.close()
+
+
+def test_a_broken_line_is_a_fault_and_is_connected_again(controller: Controller) -> None:
+    device = Background(lambda: link(controller), "test", retry_s=0.05)
+    wait_for(lambda: device.poll() is not None)
+    controller.dumb = True
+    wait_for(lambda: "no answer" in (device.fault() or ""))
+    controller.dumb = False
+    device.poll()
+    wait_for(lambda: device.poll() is not None)
+    device.close()
+
+
+def test_the_node_publishes_what_the_controller_shows(bench: Graph, controller: Controller) -> None:
+    probe = bench.probe()
+    heard = bench.hear(Float64, "displacement", probe)
+    bench.add(
+        DistanceSensor,
+        device="keyence",
+        **{"keyence.port": controller.path, "keyence.sign": -1.0, "keyence.timeout_s": 0.2},
+    )
+    bench.until(lambda: len(heard) > 5)
+    assert heard.data[-1] == pytest.approx(-73e-6)
+    controller.display = "XXXXXXXX"
+    asked = len(controller.asked)
+    bench.until(lambda: len(controller.asked) > asked + 20)
+    count = len(heard)
+    bench.spin_for(0.2)
+    assert len(heard) <= count + 1
