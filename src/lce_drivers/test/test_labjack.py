@@ -6,10 +6,15 @@ import subprocess
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
+from lce_drivers.distance_sensor_node import DistanceSensor
 from lce_drivers.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser_node import Laser
+from lce_drivers.thermal_camera_node import ThermalCamera
 from lce_ros.node import NodeFault
 from lce_ros.testing import Graph
 from std_msgs.msg import Float64
@@ -239,3 +244,26 @@ def test_the_limit_is_never_above_what_the_device_can_give(bench: Graph, device:
     probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
     bench.until(lambda: power.data and power.data[-1] == 0.5)
     assert device.dac0_v == 5.0
+
+
+def test_hardware_yaml_names_parameters_that_exist(bench: Graph, device: LabJackEmulator) -> None:
+    """A misspelt name in a parameter file is silently ignored by ROS."""
+    config = Path(__file__).parents[2] / "lce_bringup" / "config" / "hardware.yaml"
+    content = yaml.safe_load(config.read_text(encoding="utf-8"))
+    here = {"labjack.host": "127.0.0.1", "labjack.port": device.port, "labjack.volts_per_watt": 1.0}
+    for name, factory, own in (
+        ("laser", Laser, here),
+        ("thermal_camera", ThermalCamera, {}),
+        ("distance_sensor", DistanceSensor, {}),
+    ):
+        given = dict(flat(content[f"/**/{name}"]["ros__parameters"]))
+        node = bench.add(factory, **given | own)
+        assert [parameter for parameter in given if not node.has_parameter(parameter)] == []
+
+
+def flat(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value

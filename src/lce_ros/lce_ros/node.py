@@ -2,13 +2,9 @@
 """The base of every node, and the one way in and out of a node's process."""
 
 import gc
-import signal
-import socket
 import sys
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -28,8 +24,7 @@ from rclpy.utilities import try_shutdown
 from lce_ros.health import Health, Level
 from lce_ros.parameters import Rule
 from lce_ros.qos import LATCHED, STREAM, deeper
-
-STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from lce_ros.signals import stop_signals
 
 
 class NodeFault(RuntimeError):
@@ -212,7 +207,7 @@ def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> 
     NodeFault at any time are one line on stderr and status 1; any other exception keeps its traceback.
     """
     stop = Future()
-    with _stop_on_signals(stop):
+    with stop_signals(lambda: stop.done() or stop.set_result(None)):
         # rclpy's own handlers would take ROS down before close() could publish anything.
         rclpy.init(args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO)
         try:
@@ -245,36 +240,3 @@ def _spin(node: BenchNode, stop: Future) -> None:
     finally:
         node.close()
         node.destroy_node()
-
-
-@contextmanager
-def _stop_on_signals(stop: Future) -> Iterator[None]:
-    """Complete ``stop`` when a stop signal comes.
-
-    A Python signal handler runs only when the main thread is back from waiting in C, and an exception raised
-    in it can come in the middle of a publish; the wake-up descriptor and a thread that reads it have neither
-    flaw.
-    """
-    reader, writer = socket.socketpair()
-    writer.setblocking(False)
-
-    def watch() -> None:
-        while number := reader.recv(1)[0]:
-            if number in STOP_SIGNALS and not stop.done():
-                stop.set_result(number)
-
-    watcher = threading.Thread(target=watch, name="signals", daemon=True)
-    handled = [s for s in STOP_SIGNALS if s is not signal.SIGHUP or signal.getsignal(s) is not signal.SIG_IGN]
-    before = {s: signal.signal(s, lambda *_: None) for s in handled}
-    wakeup = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
-    watcher.start()
-    try:
-        yield
-    finally:
-        signal.set_wakeup_fd(wakeup)
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        writer.send(b"\0")
-        watcher.join()
-        reader.close()
-        writer.close()

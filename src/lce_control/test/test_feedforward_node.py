@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lce_control.feedforward_node import Feedforward
+from lce_interfaces.srv import InverseTemperature
+from lce_model import default_model, save_model, simulate
+from lce_ros.testing import Graph
+from rclpy.parameter import Parameter
+
+
+def ask(bench: Graph, displacement_m: float) -> Any:
+    client = bench.nodes[0].create_client(InverseTemperature, "inverse_temperature")
+    bench.until(client.service_is_ready)
+    future = client.call_async(InverseTemperature.Request(displacement=displacement_m))
+    return bench.until(lambda: future.result() if future.done() else None)
+
+
+def test_the_temperature_gives_the_displacement_on_its_branch(bench: Graph) -> None:
+    node = bench.add(Feedforward, branch="heating")
+    answer = ask(bench, 1.5e-3)
+    assert answer.success
+    path_k = [290.0, answer.temperature + 273.15]
+    reached = simulate(default_model(), [0.0, 1.0], None, temperature_k=path_k).displacement_m[-1]
+    assert reached == pytest.approx(1.5e-3, abs=2e-6)
+    [result] = node.set_parameters([Parameter("branch", value="middle")])
+    assert result.successful
+    middle = ask(bench, 1.5e-3).temperature
+    node.set_parameters([Parameter("branch", value="cooling")])
+    cooling = ask(bench, 1.5e-3).temperature
+    assert cooling < middle < answer.temperature
+    assert middle == pytest.approx(0.5 * (cooling + answer.temperature))
+
+
+@pytest.mark.parametrize("displacement_m", [5e-3, -1e-3, math.nan, math.inf])
+def test_out_of_reach_is_refused_with_the_range_and_no_number(bench: Graph, displacement_m: float) -> None:
+    bench.add(Feedforward)
+    answer = ask(bench, displacement_m)
+    assert not answer.success
+    assert math.isnan(answer.temperature)
+    lower, upper = map(float, re.findall(r"(\d+\.\d+) to (\d+\.\d+) mm", answer.message)[0])
+    assert ask(bench, (lower + 0.001) * 1e-3).success and ask(bench, (upper - 0.001) * 1e-3).success
+
+
+def test_the_chart_is_that_of_the_model_file(bench: Graph, tmp_path: Path) -> None:
+    save_model(default_model().set({"strip.length": 0.02}), tmp_path / "m.yaml")
+    bench.add(Feedforward, model_file=str(tmp_path / "m.yaml"))
+    assert ask(bench, 4.5e-3).success
+
+
+def test_an_unknown_branch_or_model_file_is_refused(bench: Graph) -> None:
+    with pytest.raises(ValueError, match="branch: 'left' is not one of middle, heating, cooling"):
+        bench.add(Feedforward, branch="left")
+    with pytest.raises(ValueError, match="/nowhere/m.yaml"):
+        bench.add(Feedforward, model_file="/nowhere/m.yaml")
