@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+# For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
+SHELL := /bin/bash
+RUN := tools/env.sh
+.DEFAULT_GOAL := help
+.PHONY: help setup build demo test lint format tables bench lock clean
+
+help:  ## this list
+	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
+
+setup:  ## .venv with ROS 2 Jazzy and all tools, workspace built (the others call it)
+	@tools/setup.sh
+
+build:  ## build the workspace again, as after a new entry point
+	@tools/setup.sh --build
+
+demo: setup  ## a pulse and a staircase recorded through the node graph, fitted, compared
+	@$(RUN) python -m lce_bringup.demo
+
+test: setup  ## every test
+	@$(RUN) pytest
+
+lint: setup  ## ruff, mypy, the import contract, hadolint
+	@$(RUN) tools/lint.sh
+
+format: setup  ## ruff's formatter and its safe fixes
+	@$(RUN) bash -c 'ruff format . && ruff check --fix .'
+
+tables: setup  ## the dissertation's tables beside ours
+	@$(RUN) python test/tables.py
+
+bench: setup  ## speed, latency, jitter
+	@$(RUN) python test/benchmarks/run.py
+
+lock:  ## resolve requirements/venv.in anew (needs Python 3.11)
+	@python3.11 tools/lock.py
+
+clean:  ## remove what setup and build made
+	@rm -rf .venv build install log

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_packages, setup
+
+PACKAGE = "lce_control"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer="LCE bench contributors",
+    maintainer_email="lce-bench@example.org",
+    description="Controllers of the bench: the feed-forward service.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "feedforward = lce_control.feedforward_node:main",
+        ],
+    },
+)

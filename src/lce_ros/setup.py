@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_packages, setup
+
+PACKAGE = "lce_ros"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer="LCE bench contributors",
+    maintainer_email="lce-bench@example.org",
+    description="What every node of the bench shares: quality of service, declared parameters, diagnostics, the way in and out.",
+    license="Apache-2.0",
+)

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Runs a command in the workspace's environment, whatever the calling shell has sourced: tools/env.sh lce --help
+set -eo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+unset PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH RMW_IMPLEMENTATION LCE_CACHE_DIR
+# shellcheck disable=SC1091
+source "$root/.venv/setup.bash"
+# shellcheck disable=SC1091
+source "$root/install/setup.bash"
+exec "$@"

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Resolve requirements/venv.in into requirements/venv.lock: `tools/lock.py` with the *oldest* supported Python.
+
+`pip freeze` would not do: some ROS wheels bring further distributions inside them (`rclpy`, `std_msgs`, ...) whose names no
+package index has. They are told apart by having no INSTALLER record.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+REQUIREMENTS = Path(__file__).resolve().parent.parent / "requirements"
+OLDEST = (3, 11)
+
+LIST = """
+import importlib.metadata as m
+for d in m.distributions():
+    if d.read_text("INSTALLER"):
+        print(f"{d.metadata['Name']}=={d.version}")
+"""
+HEADER = """\
+# Made by `make lock` from venv.in, for Python 3.11 and 3.12 on x86-64 Linux; installed with `pip install --no-deps`.
+"""
+LEFT_OUT = {
+    # uplot-python's own plotting front end; we take its script and style sheet only
+    *"asttokens decorator executing ipython ipython-pygments-lexers jedi matplotlib-inline msgpack parso".split(),
+    *"pexpect prompt-toolkit psutil ptyprocess pure-eval stack-data traitlets wcwidth".split(),
+    "pip",
+}
+
+
+def canonical(line: str) -> str:
+    return line.split("==")[0].lower().replace("_", "-").replace(".", "-")
+
+
+def main() -> int:
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    if sys.version_info[:2] != OLDEST:
+        print(f"lock.py: run it with Python {OLDEST[0]}.{OLDEST[1]}, the oldest that the lock serves", file=sys.stderr)
+        return 2
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+        python = f"{folder}/bin/python"
+        install = [python, "-m", "pip", "install", "--no-compile", "-q", "-r", str(REQUIREMENTS / "venv.in")]
+        subprocess.run(install, check=True)
+        listing = subprocess.run([python, "-c", LIST], check=True, capture_output=True, text=True).stdout
+    lines = sorted((line for line in listing.splitlines() if canonical(line) not in LEFT_OUT), key=canonical)
+    (REQUIREMENTS / "venv.lock").write_text(HEADER + "".join(f"{line}\n" for line in lines))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
