@@ -6,7 +6,7 @@ from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Shut
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 
@@ -15,10 +15,7 @@ def generate_launch_description() -> LaunchDescription:
     share = FindPackageShare("lce_bringup")
     protocol, record, plant = (LaunchConfiguration(name) for name in ("protocol", "record", "plant"))
     namespace = LaunchConfiguration("namespace")
-    files = [
-        PathJoinSubstitution([share, "config", "bench.yaml"]),
-        PathJoinSubstitution([share, "config", [plant, ".yaml"]]),
-    ]
+    files = [ParameterFile([share, "/config/", name, ".yaml"]) for name in ("bench", plant)]
     about = ['{"mode": "launch", "protocol": "', protocol, '", "plant": "', plant, '"}']
     return LaunchDescription(
         [
@@ -40,6 +37,7 @@ def generate_launch_description() -> LaunchDescription:
                     },
                 ],
                 condition=IfCondition(record),
+                on_exit=Shutdown(reason="the recorder has ended"),
             ),
             Node(
                 package="lce_bringup",
