@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node `simulator`: a strip that lives on the laser power it receives.
 
-Subscribes  laser/power       std_msgs/Float64, W Publishes   sim/temperature   sensor_msgs/Temperature, °C,
-100 Hz, the true state at header.stamp sim/displacement  std_msgs/Float64, m, 100 Hz, the true state
-Parameters  model_file        path of a model file; empty: the default model set
-TERM.PARAM=VALUE, any number: parameters of the model that are to be other than in it power_timeout_s   s, a
-laser power older than this counts as zero
+Subscribes  laser/power       std_msgs/Float64, W
+Publishes   sim/temperature   sensor_msgs/Temperature, °C, 100 Hz, the true state at header.stamp
+            sim/displacement  std_msgs/Float64, m, 100 Hz, the true state
+Parameters  model_file        path of a model file; empty: the default model
+            set               TERM.PARAM=VALUE, any number: parameters of the model that differ from it
+            power_timeout_s   s, a laser power older than this counts as zero
 
-Every step is as long as the node's clock says, so the strip neither slows down nor hurries when ticks come
-late.
+It publishes once it has found a laser. Every step is as long as the node's clock says, so the strip neither
+slows down nor hurries when ticks come late.
 """
 
 import math
@@ -41,11 +42,19 @@ class Simulator(BenchNode):
         self._strip.step(0.0, 0.0)
         self._temperature = self.advertise(Temperature, "sim/temperature")
         self._displacement = self.advertise(Float64, "sim/displacement")
-        self.listen(Float64, "laser/power", lambda m: self._drive.put(m.data, self.now_s()))
+        self._laser_found = False
+        self._power = self.listen(
+            Float64, "laser/power", lambda m: self._drive.put(m.data, self.now_s())
+        )
         self.every(PERIOD_S, self._tick)
-        self.every(1.0, self._tell)
+        self.every(1.0, self._report_state)
 
     def _tick(self) -> None:
+        # Nodes find each other pair by pair, seconds apart: a first sample of the strip is to mean that it
+        # has found its laser, so that who waits for the sensors waits for the whole chain.
+        self._laser_found = self._laser_found or self._power.get_publisher_count() > 0
+        if not self._laser_found:
+            return
         for power_w, dt_s in self._drive.advance(self.tick_s):
             self._strip.step(power_w, dt_s)
         message = Temperature(temperature=to_celsius(self._strip.temperature_k))
@@ -55,7 +64,10 @@ class Simulator(BenchNode):
         if not math.isnan(self._strip.displacement_m):
             self._displacement.publish(Float64(data=self._strip.displacement_m))
 
-    def _tell(self) -> None:
+    def _report_state(self) -> None:
+        if not self._laser_found:
+            self.report(Level.WARN, "no laser yet: the strip waits for it")
+            return
         self.report(
             Level.OK,
             "running",
