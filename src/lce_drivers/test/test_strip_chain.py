@@ -169,3 +169,14 @@ def test_a_model_that_does_not_fit_is_one_line_and_status_1(
     assert process.returncode == 1
     assert error.count("\n") == 1
     assert all(word in error for word in words)
+
+
+def test_every_node_tells_its_state_at_1_hz(bench: Graph) -> None:
+    nodes = [bench.add(n, sim_time=True) for n in (Laser, Simulator, ThermalCamera, DistanceSensor)]
+    told = bench.hear(DiagnosticArray, "/diagnostics", bench.probe(sim_time=True))
+    bench.lockstep(305)
+    for node in nodes:
+        own = [s for m in told.messages for s in m.status if s.name == node.get_fully_qualified_name()]
+        assert len(own) == 3
+        assert own[-1].level == b"\x00"
+        assert len(own[-1].values) >= 2

@@ -65,7 +65,7 @@ class BenchNode(Node):
         self._health = Health(self.get_fully_qualified_name())
         self.add_on_set_parameters_callback(self._check)
         self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics")
-        self.every(1.0, self._tell)
+        self.every(1.0, self._publish_health)
 
     @property
     def on_sim_time(self) -> bool:
@@ -181,7 +181,7 @@ class BenchNode(Node):
     def close(self) -> None:
         """Put what the node drives into its safe state; called on every way out. To be overridden."""
 
-    def _tell(self) -> None:
+    def _publish_health(self) -> None:
         self._health.values["missed_ticks"] = self.missed_ticks
         self._diagnostics.publish(self._health.message(self.tick_s))
 

@@ -3,7 +3,9 @@
 
 import fcntl
 import os
+import random
 import re
+import socket
 import subprocess
 import sys
 import time
@@ -15,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from domain_coordinator import domain_id
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -119,8 +120,12 @@ class Graph:
 
     def _connected(self) -> bool:
         listeners = Counter(topic for node in self.nodes for topic in node.received)
+        talkers = Counter(topic for node in self.nodes for topic in node.published)
         publishers = [p for node in self.nodes for p in node.publishers]
-        return all(p.get_subscription_count() >= listeners[p.topic_name] for p in publishers)
+        subscriptions = [s for node in self.nodes for s in node.subscriptions]
+        return all(p.get_subscription_count() >= listeners[p.topic_name] for p in publishers) and all(
+            s.get_publisher_count() >= talkers[s.topic_name] for s in subscriptions
+        )
 
     def _at_rest(self) -> bool:
         if any(abs(node.now_s() - self.time_s) > 1e-9 for node in self.nodes):
@@ -179,9 +184,23 @@ class Graph:
 @contextmanager
 def graph() -> Iterator[Graph]:
     """A graph in a domain of its own, closed at the end; as a fixture: ``with graph() as g: yield g``."""
-    with domain_id() as domain:
+    with _own_domain() as domain:
         g = Graph(domain)
         try:
             yield g
         finally:
             g.close()
+
+
+@contextmanager
+def _own_domain() -> Iterator[int]:
+    """A ROS domain that is marked as taken, by its TCP port, as `lce run` marks the ones that it uses."""
+    for domain in random.sample(range(1, 101), 100):
+        with socket.socket() as mark:
+            try:
+                mark.bind(("127.0.0.1", 22119 + domain))
+            except OSError:
+                continue
+            yield domain
+            return
+    raise RuntimeError("no free ROS domain between 1 and 100")
