@@ -72,6 +72,10 @@ def load(text: str) -> tuple[Wave, ...]:
 
 def one(text: str) -> Wave:
     """The waveform of a single protocol or wave file. Raises LceError naming what is allowed."""
+    if text in CAMPAIGNS:
+        raise LceError(
+            f"{text} is {len(CAMPAIGNS[text])} runs, not one; name one of them, such as {CAMPAIGNS[text][0]}"
+        )
     kind, _, rest = text.partition(":")
     if kind in SHAPES:
         return _from_shape(text, kind, rest)

@@ -91,8 +91,11 @@ class Recorder(BenchNode):
         self.every(flush_s, self._bag.flush)
 
     def close(self) -> None:
-        """Finish the bag."""
+        """Finish the bag, with what is still in the queues."""
         if not self._about.get("ended"):
+            for reader in (reader for reader in self.subscriptions if reader.raw):
+                while (waiting := reader.handle.take_message(reader.msg_type, True)) is not None:
+                    reader.callback(*waiting)
             self._bag.close()
             self._about |= {
                 "ended": experiment.now(),

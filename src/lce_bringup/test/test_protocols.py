@@ -59,6 +59,11 @@ def test_campaign_is_several_runs_with_different_names() -> None:
     ]
 
 
+def test_a_campaign_is_not_one_run() -> None:
+    with pytest.raises(LceError, match="campaign is 15 runs, not one; name one of them, such as pulse"):
+        protocols.one("campaign")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
