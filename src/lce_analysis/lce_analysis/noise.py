@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """How noisy a measured series is, told from the series alone."""
 
+import math
 from typing import Final
 
 import numpy as np
 
 from lce_analysis.experiment import Series
 
-_THIRD_DIFFERENCE_GAIN: Final = np.sqrt(20.0)
+_THIRD_DIFFERENCE_GAIN: Final = math.sqrt(20.0)
 """Standard deviation of x3 - 3 x2 + 3 x1 - x0 over that of white noise x."""
+_ROUNDING: Final = math.sqrt(12.0)
+"""Quantisation step over the standard deviation of its rounding error."""
 _MAD_TO_RMS: Final = 1.4826
 
 
@@ -27,4 +30,4 @@ def noise_floor(series: Series) -> float:
     steps = np.abs(np.diff(value))
     repeated = float(np.mean(steps == 0.0))
     quantum = float(np.min(steps[steps > 0.0])) if 0.2 < repeated < 1.0 else 0.0
-    return max(_MAD_TO_RMS * float(np.median(third)) / float(_THIRD_DIFFERENCE_GAIN), quantum / np.sqrt(12.0), smallest)
+    return max(_MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN, quantum / _ROUNDING, smallest)

@@ -17,6 +17,8 @@ from lce_bringup import __version__
 COMMANDS = {
     "run": "run an experiment on the node graph and record it",
     "repair": "make a recording that a crash cut short readable by every tool",
+    "fit": "identify a model from recorded runs",
+    "compare": "where a model fails on recorded runs",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
 }
 """Command name (module lce_bringup.commands.NAME) and its line in `lce --help`."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model with numbers: which terms, and the value of every parameter."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -114,6 +114,21 @@ class Model:
             i = self.index(key)
             values[i] = replace(values[i], value=float(number), standard_error=None, determined=None)
         return replace(self, values=tuple(values))
+
+    def hold(self, ranges: Mapping[str, tuple[float, float]]) -> "Model":
+        """A copy whose parameters TERM.PARAM are searched between (lower, upper) only; a value outside moves in."""
+        values = list(self.values)
+        for key, (lower, upper) in ranges.items():
+            i = self.index(key)
+            inside = min(max(values[i].value, lower), upper)
+            values[i] = replace(values[i], value=inside, lower=lower, upper=upper)
+        return replace(self, values=tuple(values))
+
+    def fix(self, keys: Iterable[str]) -> "Model":
+        """A copy in which a fit leaves the parameters TERM.PARAM as they are."""
+        fixed = {self.index(key) for key in keys}
+        values = tuple(replace(v, fixed=True) if i in fixed else v for i, v in enumerate(self.values))
+        return replace(self, values=values)
 
     def with_values(self, values: tuple[Value, ...], fit: Mapping[str, Any]) -> "Model":
         """A copy with new values and the record of the fit that gave them."""

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, differential_evolution, least_squares
+from scipy.optimize import Bounds, OptimizeResult, differential_evolution, least_squares
 
 from lce_analysis.fit.problem import Problem
 
@@ -83,7 +83,7 @@ def evolve(
     best = Optimum(problem.first()[: low.size], float("inf"), 0, False)
     evaluations = done = 0
 
-    def objective(candidates: Floats) -> Floats:
+    def objective(candidates: Floats, /) -> Floats:
         nonlocal evaluations
         evaluations += candidates.shape[1]
         return problem.rms_of_rows(problem.coordinates.from_box(candidates.T))
@@ -101,8 +101,9 @@ def evolve(
     try:
         candidates = low + (high - low) * rng.random((FIRST_CANDIDATES, low.size))
         first = candidates[np.argsort(objective(candidates.T))[: POPULATION * low.size]]
+        # The stubs know only objectives of one candidate; a vectorised one takes (k, m) and returns (m,).
         differential_evolution(
-            objective, list(zip(low, high, strict=True)), strategy="best1bin", maxiter=generations, init=first,
+            objective, Bounds(low, high), strategy="best1bin", maxiter=generations, init=first,  # type: ignore[arg-type]
             mutation=DIFFERENTIAL_WEIGHT, recombination=CROSSOVER, tol=1e-3, polish=False, vectorized=True,
             updating="deferred", rng=rng, callback=each_generation,
         )
