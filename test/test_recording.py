@@ -124,7 +124,8 @@ def test_the_quality_of_service_of_the_publisher_is_kept(bench: Graph, tmp_path:
     recorder = bench.start(RECORDER, out=str(tmp_path / "bag"))
     out = bench.probe().advertise(Float64, "target_displacement", latched=True)
     out.publish(Float64(data=0.001))
-    until(lambda: _size(tmp_path / "bag") > 500, "the latched message")
+    file = tmp_path / "bag" / "recording.mcap"
+    until(lambda: file.exists() and b"/lce/target_displacement" in file.read_bytes(), "the latched message")
     _finish(recorder)
     assert [m.data for m in read(tmp_path / "bag")["/lce/target_displacement"][1]] == [0.001]
     topics = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
