@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 import yaml
+from run_command import experiment, read
+
 from lce_bringup import graph
 from lce_ros.testing import Graph
-from run_command import experiment, read
 
 ROOT = Path(__file__).resolve().parents[1]
 BRINGUP = ROOT / "src" / "lce_bringup"
@@ -34,11 +35,7 @@ def _nodes(file: Path) -> list[dict[str, Any]]:
     """The constant keyword arguments of every Node(...) in a launch file."""
     calls = [n for n in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(n, ast.Call)]
     return [
-        {
-            word.arg: word.value.value
-            for word in call.keywords
-            if word.arg and isinstance(word.value, ast.Constant)
-        }
+        {word.arg: word.value.value for word in call.keywords if word.arg and isinstance(word.value, ast.Constant)}
         for call in calls
         if isinstance(call.func, ast.Name) and call.func.id == "Node"
     ]

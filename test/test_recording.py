@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from lce_bringup.repair import repair
-from lce_ros.testing import Graph
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from run_command import experiment, lce, read, until
 from std_msgs.msg import Float64
+
+from lce_bringup.repair import repair
+from lce_ros.testing import Graph
 
 RECORDER = "lce_bringup.recorder_node"
 PUBLISHER = """
@@ -63,9 +64,7 @@ def test_nothing_is_dropped_on_five_topics_at_100_hz(bench: Graph, tmp_path: Pat
     until(lambda: _size(tmp_path / "bag") > 200_000, "6 s of recording")
     _finish(publisher)
     _finish(recorder)
-    found = {
-        topic: np.array([m.data for m in messages]) for topic, (_, messages) in read(tmp_path / "bag").items()
-    }
+    found = {topic: np.array([m.data for m in messages]) for topic, (_, messages) in read(tmp_path / "bag").items()}
     assert sorted(found) == [f"/lce/topic{k}" for k in range(5)]
     for topic, numbers in found.items():
         np.testing.assert_array_equal(np.diff(numbers), 1.0, err_msg=topic)

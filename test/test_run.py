@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from run_command import experiment, lce, read, started, until, values
+
 from lce_bringup import cli, protocols
 from lce_bringup.commands import run as run_command_module
-from run_command import experiment, lce, read, started, until, values
 
 PROTOCOL = "hold:power=1.5,hold=3,rest=2"
 POWER, TEMPERATURE, DISPLACEMENT = "/lce/laser/power", "/lce/temperature", "/lce/displacement"
@@ -69,9 +70,7 @@ def test_another_seed_gives_other_noise_on_the_same_strip(fast: Path, tmp_path: 
 
 
 def test_the_strip_can_be_set(fast: Path, tmp_path: Path) -> None:
-    done = lce(
-        "run", PROTOCOL, "--fast", "--seed", "5", "--set", "lumped.gain=45", "--out", str(tmp_path / "hot")
-    )
+    done = lce("run", PROTOCOL, "--fast", "--seed", "5", "--set", "lumped.gain=45", "--out", str(tmp_path / "hot"))
     assert done.returncode == 0, done.stderr
     assert experiment(tmp_path / "hot")["model"]["set"] == {"lumped.gain": 45.0}
     rise = [np.ptp(values(bag, TEMPERATURE)[1]) for bag in (fast, tmp_path / "hot")]

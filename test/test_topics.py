@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lce_ros.testing import Graph
 from rosbags.highlevel import AnyReader
 from run_command import lce, read
 from std_msgs.msg import Float64
+
+from lce_ros.testing import Graph
 
 CONTRACT = {
     "/lce/laser/power_command": ("std_msgs/msg/Float64", 100.0),
@@ -36,9 +37,7 @@ def test_names_types_and_rates(bag: Path) -> None:
         assert {c.topic: c.msgtype for c in reader.connections} == {k: v[0] for k, v in CONTRACT.items()}
         for connection in reader.connections:
             rate = CONTRACT[connection.topic][1]
-            assert connection.msgcount == pytest.approx(rate * reader.duration / 1e9, rel=0.03), (
-                connection.topic
-            )
+            assert connection.msgcount == pytest.approx(rate * reader.duration / 1e9, rel=0.03), connection.topic
 
 
 def test_units_and_signs(bag: Path) -> None:

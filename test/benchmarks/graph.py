@@ -26,9 +26,10 @@ from typing import Any
 
 import numpy as np
 import yaml
-from lce_bringup.domain import own_domain
 from mcap.reader import make_reader
 from numpy.typing import NDArray
+
+from lce_bringup.domain import own_domain
 
 PERIOD_S = 0.01
 TOPICS = ("laser/power_command", "laser/power", "displacement", "sim/temperature", "sim/displacement")
@@ -68,9 +69,7 @@ except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
 
 def main() -> int:
     """Measure and print the table as Markdown."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--duration", type=float, default=600.0, metavar="S", help="of the experiment")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers too")
     args = parser.parse_args()
@@ -146,9 +145,7 @@ def _bare_row(file: Path, window: tuple[int, int]) -> dict[str, Any]:
     return _row("bare rclpy pair", sent, heard, int(number[-1] - number[0] + 1 - number.size), window)
 
 
-def _hop(
-    command: tuple[Times, Times, list[bytes]], power: tuple[Times, Times, list[bytes]]
-) -> NDArray[np.float64]:
+def _hop(command: tuple[Times, Times, list[bytes]], power: tuple[Times, Times, list[bytes]]) -> NDArray[np.float64]:
     """Time [s] from each command to the first applied power with its value; a ramp repeats none for long."""
     sent = {data: at for at, data in zip(command[0][::-1].tolist(), command[2][::-1], strict=True)}
     applied = {data: at for at, data in zip(power[0][::-1].tolist(), power[2][::-1], strict=True)}

@@ -12,12 +12,12 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from lce_model.errors import LceError
 from mcap.writer import CompressionType, Writer
 
 from lce_bringup import __version__, bag_metadata
 from lce_bringup.bag_metadata import FINISHED, RECORDING, TopicCount
 from lce_bringup.message_types import MessageType, message_type
+from lce_model.errors import LceError
 
 LIBRARY = f"lce_bringup {__version__}"
 FILE_NAME = "recording.mcap"
@@ -41,7 +41,7 @@ class BagWriter:
             raise LceError(f"{folder}: exists already; a recording is never overwritten") from None
         except OSError as error:
             raise LceError(f"{folder}: {error.strerror}") from None
-        self._writer = Writer(self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
+        self._writer: Any = Writer(self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
         self._writer.start(profile="ros2", library=LIBRARY)
         self._stream.flush()
         self._schemas: dict[str, int] = {}

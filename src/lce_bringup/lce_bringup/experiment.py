@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from lce_model.errors import LceError
 
 from lce_bringup import __version__
 from lce_bringup.bag_metadata import dump, write_atomically
+from lce_model.errors import LceError
 
 FILE_NAME = "experiment.yaml"
 

@@ -18,13 +18,13 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-import rclpy
-from lce_model.errors import LceError
-from lce_ros.node import BenchNode, run
+from rclpy.utilities import try_shutdown
 from std_msgs.msg import Float64
 
 from lce_bringup import protocols
 from lce_bringup.topics import COMMAND
+from lce_model.errors import LceError
+from lce_ros.node import BenchNode, run
 
 _REPORT_S = 0.25
 
@@ -38,9 +38,7 @@ class ExperimentPlayer(BenchNode):
         text = self.declare("protocol", "", "protocol or path of a wave.csv", read_only=True)
         recorded = self.declare("wait_for_recorder", False, "begin only with the recorder", read_only=True)
         self._wait_for = ["laser", "recorder"] if recorded else ["laser"]
-        patience_s = self.declare(
-            "patience_s", 30.0, "how long it waits", unit="s", lower=0.0, read_only=True
-        )
+        patience_s = self.declare("patience_s", 30.0, "how long it waits", unit="s", lower=0.0, read_only=True)
         lead_s = self.declare(
             "lead_s", 0.5, "dark time before and after", unit="s", lower=0.1, upper=600.0, read_only=True
         )
@@ -106,7 +104,7 @@ class ExperimentPlayer(BenchNode):
 
 def main() -> int:
     """Entry point of the executable."""
-    return run(lambda: ExperimentPlayer(on_finish=rclpy.try_shutdown))
+    return run(lambda: ExperimentPlayer(on_finish=try_shutdown))
 
 
 if __name__ == "__main__":

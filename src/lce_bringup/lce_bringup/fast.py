@@ -6,13 +6,15 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import rclpy
-from lce_ros.node import BenchNode
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
 
 from lce_bringup.graph import BENCH, PLAYER, RECORDER, Plan, node_class
 from lce_bringup.lockstep import Lockstep
+from lce_ros.node import BenchNode
 
 _TELL_TICKS = 100
 _AFTER_TICKS = 5
@@ -27,20 +29,20 @@ def run_fast(plan: Plan, progress: Callable[[float], None]) -> None:
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder:
         arguments = plan.ros_arguments(Path(folder) / "parameters.yaml")
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        nodes: list[BenchNode] = []
+        nodes: list[Any] = []
         try:
             for spec in (PLAYER, *BENCH, RECORDER):
-                nodes.append(node_class(spec)())
+                nodes.append(node_class(spec)())  # noqa: PERF401  those made so far are closed if one fails
             _play(nodes, progress)
         finally:
             for node in nodes:
                 node.close()
                 node.destroy_node()
-            rclpy.try_shutdown()
+            try_shutdown()
 
 
 def _play(nodes: list[BenchNode], progress: Callable[[float], None]) -> None:
-    player = nodes[0]
+    player: Any = nodes[0]
     steps = Lockstep(nodes)
     try:
         count = 0

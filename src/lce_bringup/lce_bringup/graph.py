@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from lce_model.errors import LceError
 
 from lce_bringup import bag_metadata, experiment
 from lce_bringup.protocols import Wave
+from lce_model.errors import LceError
 
 NAMESPACE = "/lce"
 
@@ -107,9 +107,7 @@ def check_power(wave: Wave) -> None:
     limit_w = entries["/**/laser"]["ros__parameters"]["max_power_w"]
     most_w = float(wave.power_w.max())
     if most_w > limit_w:
-        raise LceError(
-            f"{wave.text}: asks for {most_w:g} W; the laser gives {limit_w:g} W (max_power_w in bench.yaml)"
-        )
+        raise LceError(f"{wave.text}: asks for {most_w:g} W; the laser gives {limit_w:g} W (max_power_w in bench.yaml)")
 
 
 def config_file(name: str) -> Path:

@@ -11,14 +11,16 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
-from lce_model.errors import LceError
-from lce_ros.node import BenchNode
+from rclpy.clock import ROSClock
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.subscription import Subscription
 from rclpy.time import Time
+
+from lce_model.errors import LceError
+from lce_ros.node import BenchNode
 
 TICK_NS = 10_000_000
 START_NS = 1_000_000_000
@@ -36,7 +38,7 @@ class Lockstep:
 
     def __init__(self, nodes: Sequence[BenchNode]) -> None:
         self.now_ns = START_NS
-        self._clocks = [node.get_clock() for node in nodes]
+        self._clocks = [cast(ROSClock, node.get_clock()) for node in nodes]
         self._timers = [timer for node in nodes for timer in node.timers]
         self._nodes = nodes
         self._readers: dict[str, list[Subscription]] = {}
@@ -90,9 +92,7 @@ class Lockstep:
 
     def _hand_over(self, reader: Subscription) -> None:
         message = reader.handle.take_message(reader.msg_type, reader.raw)
-        if (
-            message is None
-        ):  # never seen with Fast DDS, which delivers within the process before publish returns
+        if message is None:  # never seen with Fast DDS, which delivers within the process before publish returns
             message = self._wait_for(reader)
         if reader._callback_type is Subscription.CallbackType.MessageOnly:
             reader.callback(message[0])
@@ -113,7 +113,5 @@ class Lockstep:
             for publisher in node.publishers:
                 while publisher.get_subscription_count() < len(self._readers.get(publisher.topic_name, ())):
                     if time.monotonic() > end:
-                        raise LceError(
-                            f"subscribers of {publisher.topic_name} were not found in {_PATIENCE_S:g} s"
-                        )
+                        raise LceError(f"subscribers of {publisher.topic_name} were not found in {_PATIENCE_S:g} s")
                     self._executor.spin_once(timeout_sec=0.01)

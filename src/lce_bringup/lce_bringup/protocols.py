@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from lce_model.errors import LceError
 
 from lce_bringup.shapes import SHAPES, Floats
 from lce_bringup.wave_file import MAX_DURATION_S, read_wave
+from lce_model.errors import LceError
 
 RATE_HZ = 100.0
 """Samples per second of every waveform, the rate of `laser/power_command`."""
@@ -50,9 +50,7 @@ class Wave:
         return float(self.time_s[-1])
 
 
-_CHAPTER4 = tuple(
-    f"pulse:amp={a},th={t}" for a, t in ((0.2, 30), (0.2, 40), (0.2, 50), (0.25, 25), (0.25, 35))
-)
+_CHAPTER4 = tuple(f"pulse:amp={a},th={t}" for a, t in ((0.2, 30), (0.2, 40), (0.2, 50), (0.25, 25), (0.25, 35)))
 _CHAPTER5 = tuple(f"pulse:amp=0.4,th={t}" for t in (16, 17, 18, 19, 20, 21))
 
 CAMPAIGNS: Mapping[str, tuple[str, ...]] = {

@@ -25,17 +25,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from lce_model.errors import LceError
-from lce_ros.health import Level
-from lce_ros.node import BenchNode, run
 from rclpy.duration import Duration
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from lce_bringup import experiment
 from lce_bringup.bag import BagWriter
 from lce_bringup.message_types import message_type
-from lce_bringup.topics import COMMAND, LATCHED, RECORDED
+from lce_bringup.topics import COMMAND, LATCHED_TOPICS, RECORDED
+from lce_model.errors import LceError
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, run
+from lce_ros.qos import LATCHED, deeper
 
 _QUEUE = 1000
 """Messages the middleware keeps while this process is kept from reading: 10 s at 100 Hz."""
@@ -72,9 +73,7 @@ class Recorder(BenchNode):
             for topic in self.declare("after", [""], "topics to hear before the command", read_only=True)
             if topic
         }
-        about = _object(
-            self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)
-        )
+        about = _object(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True))
         streams = [self._stream(entry) for entry in topics]
         self._after &= {stream.name for stream in streams}
         self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
@@ -83,7 +82,7 @@ class Recorder(BenchNode):
         experiment.write(self.folder, self._about)
         self._numbers: dict[str, int] = {}
         self._lost: dict[str, int] = {}
-        self._simulated = self.get_clock().ros_time_is_active
+        self._simulated = self.on_sim_time
         self._later = [stream for stream in streams if self._after and stream.topic == COMMAND]
         for stream in streams:
             if stream not in self._later:
@@ -117,12 +116,8 @@ class Recorder(BenchNode):
 
     def _record(self, stream: _Stream) -> None:
         self.received.setdefault(stream.name, 0)
-        qos = QoSProfile(depth=_QUEUE)
-        if stream.topic in LATCHED:
-            qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        self.create_subscription(
-            stream.kind, stream.topic, functools.partial(self._keep, stream), qos, raw=True
-        )
+        qos = LATCHED if stream.topic in LATCHED_TOPICS else deeper(_QUEUE)
+        self.create_subscription(stream.kind, stream.topic, functools.partial(self._keep, stream), qos, raw=True)
 
     def _keep(self, stream: _Stream, message: bytes, info: dict[str, Any]) -> None:
         topic = stream.name

@@ -9,10 +9,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import yaml
-from lce_model.errors import LceError
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
@@ -24,6 +23,7 @@ from lce_bringup import bag_metadata
 from lce_bringup.bag import LIBRARY
 from lce_bringup.bag_metadata import FINISHED, REPAIRED, STATE, TopicCount
 from lce_bringup.message_types import message_type
+from lce_model.errors import LceError
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _DATA_END = 0x0F
@@ -120,7 +120,7 @@ def _copy(file: Path, part: Path) -> tuple[list[TopicCount], int, int, int]:
     with file.open("rb") as source, part.open("wb") as target:
         end = _whole_records(file, source)
         lost = source.seek(0, os.SEEK_END) - end
-        writer = Writer(target, compression=CompressionType.NONE)
+        writer: Any = Writer(target, compression=CompressionType.NONE)
         writer.start(profile="ros2", library=LIBRARY)
         for record in _records(source, end):
             if isinstance(record, Chunk):  # one that cannot be unpacked

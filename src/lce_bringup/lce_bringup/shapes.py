@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from lce_model.errors import LceError
 from numpy.typing import NDArray
+
+from lce_model.errors import LceError
 
 Floats = NDArray[np.float64]
 Values = Mapping[str, tuple[float, ...]]
@@ -37,9 +38,7 @@ class Option:
         for value in values:
             if not self.lower <= value <= self.upper:
                 unit = f" {self.unit}" if self.unit else ""
-                raise LceError(
-                    f"{where}: {key} = {value:g} is outside {self.lower:g} .. {self.upper:g}{unit}"
-                )
+                raise LceError(f"{where}: {key} = {value:g} is outside {self.lower:g} .. {self.upper:g}{unit}")
             if self.whole and value != int(value):
                 raise LceError(f"{where}: {key} = {value:g} is not a whole number")
         return values
@@ -106,9 +105,7 @@ _TAPS = {3: 2, 4: 3, 5: 3, 6: 5, 7: 6, 9: 5, 10: 7, 11: 9}
 def prbs_bits(order: int, seed: int) -> NDArray[np.bool_]:
     """One period, 2^order - 1 bits, of a maximal-length sequence begun where `seed` says. Raises LceError."""
     if order not in _TAPS:
-        raise LceError(
-            f"prbs: order = {order} has no sequence here; it is one of {', '.join(map(str, _TAPS))}"
-        )
+        raise LceError(f"prbs: order = {order} has no sequence here; it is one of {', '.join(map(str, _TAPS))}")
     length = 2**order - 1
     state = 1 + seed % length
     bits = np.empty(length, bool)

@@ -18,5 +18,5 @@ RECORDED: Mapping[str, str] = {
 }
 """Topic and message type."""
 
-LATCHED = frozenset({"target_displacement"})
+LATCHED_TOPICS = frozenset({"target_displacement"})
 """Those that are said once and kept for who comes later."""

@@ -8,8 +8,9 @@ import math
 from pathlib import Path
 
 import numpy as np
-from lce_model.errors import LceError
 from numpy.typing import NDArray
+
+from lce_model.errors import LceError
 
 MAX_DURATION_S = 86400.0
 """Longest waveform that is accepted, one day."""
@@ -59,9 +60,7 @@ def _check(path: Path, time_s: NDArray[np.float64], power_w: NDArray[np.float64]
     back = np.flatnonzero(np.diff(time_s) <= 0)
     if back.size:
         k = int(back[0])
-        raise LceError(
-            f"{path}: time does not increase: {time_s[k + 1]:g} s after {time_s[k]:g} s (row {k + 2})"
-        )
+        raise LceError(f"{path}: time does not increase: {time_s[k + 1]:g} s after {time_s[k]:g} s (row {k + 2})")
     if time_s[0] < 0:
         raise LceError(f"{path}: time starts at {time_s[0]:g} s; it must not be negative")
     if time_s[-1] > MAX_DURATION_S:

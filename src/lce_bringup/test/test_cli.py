@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from lce_bringup import cli
 from lce_model import KELVIN, default_model, load_model, save_model, simulate
 
@@ -32,9 +33,7 @@ def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -
     assert cli.COMMANDS[name] in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize(
-    "words", [[], ["nothing"], ["run"], ["run", "pulse", "--fast", "--realtime"], ["repair"]]
-)
+@pytest.mark.parametrize("words", [[], ["nothing"], ["run"], ["run", "pulse", "--fast", "--realtime"], ["repair"]])
 def test_wrong_usage_is_status_2(words: list[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         cli.main(words)
@@ -56,9 +55,7 @@ def model(tmp_path: Path) -> Path:
 
 
 def _simulate(tmp_path: Path, model: Path, wave: str, *more: str) -> int:
-    return cli.main(
-        ["simulate", "--model", str(model), "--input", wave, "--out", str(tmp_path / "run.csv"), *more]
-    )
+    return cli.main(["simulate", "--model", str(model), "--input", wave, "--out", str(tmp_path / "run.csv"), *more])
 
 
 def test_simulate_writes_what_the_model_gives(tmp_path: Path, model: Path) -> None:
@@ -89,9 +86,7 @@ def test_simulate_leaves_out_the_stage_that_is_not_there(tmp_path: Path) -> None
     assert (tmp_path / "run.csv").read_text().startswith("time_s,power_w,temperature_c\n")
 
 
-def test_simulate_overwrites_only_when_told(
-    tmp_path: Path, model: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_simulate_overwrites_only_when_told(tmp_path: Path, model: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "run.csv").write_text("precious")
     assert _simulate(tmp_path, model, "pulse") == 1
     assert "exists already" in capsys.readouterr().err
@@ -119,9 +114,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(
     assert not (tmp_path / "run.csv").exists()
 
 
-def test_an_error_of_ours_keeps_its_traceback(
-    monkeypatch: pytest.MonkeyPatch, model: Path, tmp_path: Path
-) -> None:
+def test_an_error_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch, model: Path, tmp_path: Path) -> None:
     def broken(text: str) -> None:
         raise ValueError("a mistake in the program")
 

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from lce_bringup.domain import own_domain
 from lce_bringup.processes import Processes
 from lce_model.errors import LceError
@@ -17,10 +18,8 @@ READY = [sys.executable, "-c", "import time\nprint('ready', flush=True)\ntime.sl
 
 def test_a_child_that_dies_is_named_with_its_last_line(tmp_path: Path) -> None:
     end = time.monotonic() + 10
-    with (
-        pytest.raises(LceError, match=r"^laser ended early \(status 3\): the reason$"),
-        Processes(tmp_path) as processes,
-    ):
+    said = r"^laser ended early \(status 3\): the reason$"
+    with pytest.raises(LceError, match=said), Processes(tmp_path) as processes:  # noqa: PT012
         processes.start("recorder", READY)
         processes.start("laser", DIE)
         while time.monotonic() < end:
@@ -28,14 +27,10 @@ def test_a_child_that_dies_is_named_with_its_last_line(tmp_path: Path) -> None:
             threading.Event().wait(0.02)
 
 
-def test_children_end_with_the_context_the_last_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_children_end_with_the_context_the_last_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopped: list[str] = []
     stop = Processes.stop
-    monkeypatch.setattr(
-        Processes, "stop", lambda self, name, *a: (stopped.append(name), stop(self, name, *a))
-    )
+    monkeypatch.setattr(Processes, "stop", lambda self, name, *a: (stopped.append(name), stop(self, name, *a)))
     with Processes(tmp_path) as processes:
         children = [processes.start(name, READY, pipe=True) for name in ("recorder", "laser", "player")]
         for child in children:

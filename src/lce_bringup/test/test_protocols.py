@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from lce_bringup import protocols
 from lce_bringup.shapes import SHAPES, prbs_bits
 from lce_model.errors import LceError
@@ -54,9 +55,7 @@ def test_prbs_seeds_shift_the_same_sequence() -> None:
 def test_campaign_is_several_runs_with_different_names() -> None:
     waves = protocols.load("campaign")
     assert len({wave.name for wave in waves}) == len(waves) > 10
-    assert [wave.text for wave in protocols.load("chapter5")] == [
-        f"pulse:amp=0.4,th={t}" for t in range(16, 22)
-    ]
+    assert [wave.text for wave in protocols.load("chapter5")] == [f"pulse:amp=0.4,th={t}" for t in range(16, 22)]
 
 
 def test_a_campaign_is_not_one_run() -> None:
@@ -129,7 +128,7 @@ def test_a_protocol_written_as_a_wave_file_comes_back(tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_wave_file_names_itself_and_the_line(tmp_path: Path, text: str, said: str) -> None:
-    with pytest.raises(LceError, match="wave.csv") as caught:
+    with pytest.raises(LceError, match=r"wave\.csv") as caught:
         protocols.one(_wave(tmp_path, text))
     assert said in str(caught.value)
 

@@ -35,9 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="EFFECT.PARAM=V",
         help="a parameter of the strip, repeatable",
     )
-    parser.add_argument(
-        "--seed", type=int, metavar="N", help="of the sensor noise, 0 or more; default: a new one"
-    )
+    parser.add_argument("--seed", type=int, metavar="N", help="of the sensor noise, 0 or more; default: a new one")
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument(
         "--realtime",
@@ -58,9 +56,7 @@ def main(args: argparse.Namespace) -> int:
     """Run the protocol, or each of a campaign, and print the paths of the recordings."""
     plans = _plans(args)
     signal.signal(signal.SIGTERM, _terminated)
-    signal.signal(
-        signal.SIGINT, signal.default_int_handler
-    )  # a shell's background job starts with it ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job starts with it ignored
     for plan in plans:
         _run(plan)
         print(plan.folder, flush=True)
@@ -69,11 +65,10 @@ def main(args: argparse.Namespace) -> int:
 
 def _plans(args: argparse.Namespace) -> list[Plan]:
     """Everything that can be wrong is found here, before anything is started or written."""
-    from lce_model.errors import LceError
-
     from lce_bringup import protocols
     from lce_bringup.graph import Plan, check_power
     from lce_bringup.settings import parse_settings
+    from lce_model.errors import LceError
 
     waves = protocols.load(args.protocol)
     for wave in waves:
@@ -119,7 +114,7 @@ def _run(plan: Plan) -> None:
 
     outcome = "failed"
     bar = tqdm(
-        total=round(plan.wave.duration_s, 2),
+        total=plan.wave.duration_s,
         desc=plan.folder.name,
         unit="s",
         file=sys.stderr,
@@ -128,7 +123,7 @@ def _run(plan: Plan) -> None:
     )
 
     def progress(played_s: float) -> None:
-        bar.update(min(max(played_s, 0.0), bar.total) - bar.n)
+        bar.update(min(max(played_s, 0.0), plan.wave.duration_s) - bar.n)
 
     try:
         with bar, own_domain():

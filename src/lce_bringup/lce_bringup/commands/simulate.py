@@ -14,9 +14,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce simulate`."""
     parser.add_argument("--model", type=Path, metavar="M.yaml", required=True, help="model file")
-    parser.add_argument(
-        "--input", metavar="wave.csv", required=True, help="columns time_s,power_w; or a protocol"
-    )
+    parser.add_argument("--input", metavar="wave.csv", required=True, help="columns time_s,power_w; or a protocol")
     parser.add_argument("--out", type=Path, metavar="run.csv", required=True, help="where the run is written")
     parser.add_argument("--set", action="append", default=[], metavar="TERM.PARAM=V", help="set a parameter")
     parser.add_argument("--force", action="store_true", help="overwrite --out")
@@ -28,10 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Simulate and write `time_s,power_w,temperature_c,displacement_m`, less the stages the model lacks."""
     import numpy as np
-    from lce_model import KELVIN, LceError, load_model, simulate
-    from lce_model.model_file import write_atomically
 
     from lce_bringup.settings import parse_settings
+    from lce_model import KELVIN, LceError, load_model, simulate
+    from lce_model.model_file import write_atomically
 
     if args.out.exists() and not args.force:
         raise LceError(f"{args.out}: exists already; --force overwrites it")
