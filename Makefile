@@ -17,7 +17,7 @@ build:  ## build the workspace again, as after a new entry point
 demo: setup  ## a pulse and a staircase recorded through the node graph, fitted, compared
 	@$(RUN) python -m lce_bringup.demo
 
-test: setup  ## every test
+test: setup  ## every test (one of them: tools/env.sh pytest -k NAME)
 	@$(RUN) pytest
 
 lint: setup  ## ruff, mypy, the import contract, hadolint

@@ -47,11 +47,12 @@ main() {
     any_of "${CC:-cc}" gcc clang ||
         missing+=("a C compiler (Debian, Ubuntu: apt install gcc)")
     while read -r python; do
-        # A pyenv shim exists for versions that are not switched on; it then fails.
-        real=$("$python" -c 'import sys; print(sys.executable)' 2> /dev/null) || continue
+        # A pyenv shim exists for versions that are not switched on too; it then fails.
+        # _base_executable: never the .venv that is active and may be about to be made anew.
+        real=$("$python" -c 'import os, sys; print(os.path.realpath(sys._base_executable))' 2> /dev/null) || continue
         [[ $seen == *" $real "* ]] && continue
         seen+="$real "
-        verdict=$("$python" -c "$CHECK" 2> /dev/null) || continue
+        verdict=$("$real" -c "$CHECK" 2> /dev/null) || continue
         if [[ $verdict == good && ${#missing[@]} -eq 0 ]]; then
             echo "$real"
             return

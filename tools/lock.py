@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Resolve requirements/venv.in into requirements/venv.lock: `tools/lock.py` with the *oldest* supported Python.
+"""Resolve requirements/venv.in into venv.lock beside it: `tools/lock.py` with the *oldest* supported Python.
 
-`pip freeze` would not do: some ROS wheels bring further distributions inside them (`rclpy`, `std_msgs`, ...) whose names no
-package index has. They are told apart by having no INSTALLER record.
+`pip freeze` would not do: some ROS wheels bring further distributions inside them (`rclpy`, `std_msgs`, ...) whose names
+no package index has. They are told apart by having no INSTALLER record.
 """
 
 import argparse
@@ -24,12 +24,11 @@ for d in m.distributions():
 HEADER = """\
 # Made by `make lock` from venv.in, for Python 3.11 and 3.12 on x86-64 Linux; installed with `pip install --no-deps`.
 """
-LEFT_OUT = {
-    # uplot-python's own plotting front end; we take its script and style sheet only
-    *"asttokens decorator executing ipython ipython-pygments-lexers jedi matplotlib-inline msgpack parso".split(),
-    *"pexpect prompt-toolkit psutil ptyprocess pure-eval stack-data traitlets wcwidth".split(),
-    "pip",
-}
+# uplot-python's own plotting front end; we take its script and style sheet only. pip comes with every venv.
+LEFT_OUT = """
+    asttokens decorator executing ipython ipython-pygments-lexers jedi matplotlib-inline msgpack parso pexpect pip
+    prompt-toolkit psutil ptyprocess pure-eval stack-data traitlets wcwidth
+"""
 
 
 def canonical(line: str) -> str:
@@ -47,7 +46,7 @@ def main() -> int:
         install = [python, "-m", "pip", "install", "--no-compile", "-q", "-r", str(REQUIREMENTS / "venv.in")]
         subprocess.run(install, check=True)
         listing = subprocess.run([python, "-c", LIST], check=True, capture_output=True, text=True).stdout
-    lines = sorted((line for line in listing.splitlines() if canonical(line) not in LEFT_OUT), key=canonical)
+    lines = sorted((line for line in listing.splitlines() if canonical(line) not in LEFT_OUT.split()), key=canonical)
     (REQUIREMENTS / "venv.lock").write_text(HEADER + "".join(f"{line}\n" for line in lines))
     return 0
 

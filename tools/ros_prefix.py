@@ -2,8 +2,8 @@
 """Make the virtual environment that runs this look like a ROS prefix. Safe to run again.
 
 Two things are missing after `pip install`: the wheels' exported CMake targets and their ament index carry the include
-directories of the machine that built them (/opt/python/cp3XY-cp3XY/...), on which CMake stops; and a prefix has `setup` and
-`local_setup` scripts, which colcon writes into the set-up of every workspace built on top.
+directories of the machine that built them (/opt/python/cp3XY-cp3XY/...), on which CMake stops; and a prefix has `setup`
+and `local_setup` scripts, which colcon writes into the set-up of every workspace built on top.
 """
 
 import re
@@ -57,7 +57,10 @@ def mend(text: str) -> str:
 def mend_wheels() -> int:
     """Mend the CMake files and the index under share/; return how many files changed."""
     changed = 0
-    files = [*PREFIX.glob("share/*/cmake/*.cmake"), *PREFIX.glob("share/ament_index/resource_index/parent_prefix_path/*")]
+    files = [
+        *PREFIX.glob("share/*/cmake/*.cmake"),
+        *PREFIX.glob("share/ament_index/resource_index/parent_prefix_path/*"),
+    ]
     for file in files:
         text = file.read_text()
         if (mended := mend(text)) != text:

@@ -37,17 +37,21 @@ clean_environment() { # what another ROS or Python environment of the calling sh
         grep -vE '^(ROS_DOMAIN_ID|PYTHONDONTWRITEBYTECODE|CMAKE_BUILD_PARALLEL_LEVEL)$'); do
         unset "$name" 2> /dev/null || true
     done
-    unset VIRTUAL_ENV
+    unset VIRTUAL_ENV _ROS_WHEELS_BOOTSTRAP_COMPLETE
+}
+
+other_python() { # is LCE_PYTHON set to another interpreter than the one that .venv stands on
+    [[ -n ${LCE_PYTHON:-} && $(sed -n 2p "$venv/.lce-origin" 2> /dev/null) != "$(tools/find_python.sh)" ]]
 }
 
 make_venv() {
     local python
     python=$(tools/find_python.sh)
-    if [[ ! -x $venv/bin/python ]] || ! "$venv/bin/python" -c '' 2> /dev/null ||
-        [[ -n ${LCE_PYTHON:-} || $(cat "$venv/.lce-place" 2> /dev/null) != "$PWD" ]]; then
+    if ! "$venv/bin/python" -c '' 2> /dev/null || other_python ||
+        [[ $(sed -n 1p "$venv/.lce-origin" 2> /dev/null) != "$PWD" ]]; then
         rm -rf "$venv" build install
         logged "$("$python" -V) in .venv" "$python" -m venv "$venv"
-        echo "$PWD" > "$venv/.lce-place"
+        printf '%s\n' "$PWD" "$python" > "$venv/.lce-origin"
     fi
     logged "wheels of requirements/venv.lock, 400 MB (a minute; longer on a slow line)" \
         "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps --no-compile -r requirements/venv.lock
@@ -71,7 +75,7 @@ main() {
     clean_environment
     local venv_print build_print
     venv_print=$(fingerprint "${venv_inputs[@]}")
-    if [[ $(cat "$venv_stamp" 2> /dev/null) != "$venv_print" || -n ${LCE_PYTHON:-} ]]; then
+    if [[ $(cat "$venv_stamp" 2> /dev/null) != "$venv_print" ]] || other_python; then
         make_venv
         echo "$venv_print" > "$venv_stamp"
     fi

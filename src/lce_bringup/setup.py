@@ -31,7 +31,7 @@ setup(
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="Launch files, configuration, experiment player, recorder and the lce command: the one package that knows the others.",
+    description="Launch, configuration, experiment player, recorder and the lce command, on top of all the others.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [

@@ -7,7 +7,6 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={"": ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -16,6 +15,6 @@ setup(
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="Physics of liquid crystal elastomer actuators: thermal and deformation models, simulation, model files. No ROS.",
+    description="Physics of liquid crystal elastomer actuators: thermal and deformation models, simulation, files.",
     license="Apache-2.0",
 )

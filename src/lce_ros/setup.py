@@ -15,6 +15,6 @@ setup(
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="What every node of the bench shares: quality of service, declared parameters, diagnostics, the way in and out.",
+    description="What every node of the bench shares: topics, declared parameters, diagnostics, start and end.",
     license="Apache-2.0",
 )
