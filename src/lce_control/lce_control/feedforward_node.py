@@ -21,6 +21,8 @@ from lce_ros.node import BenchNode, run
 
 
 class Feedforward(BenchNode):
+    """Answers from the chart of one model."""
+
     def __init__(self, **options: Any) -> None:
         super().__init__("feedforward", **options)
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
@@ -57,6 +59,7 @@ class Feedforward(BenchNode):
 
 
 def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
     return run(Feedforward, args)
 
 

@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rclpy.parameter import Parameter
+
 from lce_control.feedforward_node import Feedforward
 from lce_interfaces.srv import InverseTemperature
 from lce_model import default_model, save_model, simulate
 from lce_ros.testing import Graph
-from rclpy.parameter import Parameter
 
 
 def ask(bench: Graph, displacement_m: float) -> Any:
@@ -54,5 +55,5 @@ def test_the_chart_is_that_of_the_model_file(bench: Graph, tmp_path: Path) -> No
 def test_an_unknown_branch_or_model_file_is_refused(bench: Graph) -> None:
     with pytest.raises(ValueError, match="branch: 'left' is not one of middle, heating, cooling"):
         bench.add(Feedforward, branch="left")
-    with pytest.raises(ValueError, match="/nowhere/m.yaml"):
+    with pytest.raises(ValueError, match=r"/nowhere/m\.yaml"):
         bench.add(Feedforward, model_file="/nowhere/m.yaml")

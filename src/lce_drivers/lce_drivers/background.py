@@ -47,11 +47,13 @@ class Background:
         return reading
 
     def fault(self) -> str | None:
+        """What is wrong at present; None where nothing is."""
         if not self._thread.is_alive():
             return "the thread that reads the device has ended"
         return self._fault
 
     def close(self) -> None:
+        """End the thread and with it the link."""
         self._stop.set()
         self._thread.join(timeout=5.0)
 

@@ -16,13 +16,13 @@ import math
 import sys
 from typing import Any, Final
 
-from lce_ros.node import run
 from std_msgs.msg import Float64
 
 from lce_drivers.background import Background
 from lce_drivers.keyence import DIALECTS, KeyenceLink, Mounting, open_port
 from lce_drivers.sensor import Imperfection, Reading, SensorDevice
 from lce_drivers.sensor_node import DeviceFactory, SensorNode, Simulated
+from lce_ros.node import run
 
 PERIOD_S: Final = 0.01
 SIMULATED: Final = Imperfection(noise_rms=4e-6, quantum=1e-6, latency_s=0.0)
@@ -65,15 +65,19 @@ DEVICES: Final[dict[str, DeviceFactory]] = {"simulated": simulated, "keyence": k
 
 
 class DistanceSensor(SensorNode):
+    """Publishes displacements [m] of its device."""
+
     def __init__(self, **options: Any) -> None:
         super().__init__("distance_sensor", DEVICES, **options)
         self._displacement = self.advertise(Float64, "displacement")
 
     def publish(self, reading: Reading) -> None:
+        """Put a reading into its message."""
         self._displacement.publish(Float64(data=reading.value))
 
 
 def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
     return run(DistanceSensor, args)
 
 

@@ -91,6 +91,7 @@ class FlirLink:
             raise ConnectionError(f"thermal camera {settings.camera or '(first found)'}: {error}") from error
 
     def read(self) -> Reading | None:
+        """Wait up to 0.2 s for a frame; a reading where one is due."""
         buffer = self._stream.timeout_pop_buffer(FRAME_WAIT_US)
         now_s = self._clock()
         if buffer is None:
@@ -104,6 +105,7 @@ class FlirLink:
             self._stream.push_buffer(buffer)
 
     def close(self) -> None:
+        """Stop the camera and let go of it."""
         # A camera that is gone cannot be stopped.
         with suppress(self._failure):
             self._camera.stop_acquisition()
@@ -121,9 +123,7 @@ class FlirLink:
     def _temperature_k(self, buffer: Any) -> float:
         s = self._settings
         try:
-            frame = decode_mono16(
-                buffer.get_data(), buffer.get_image_width(), buffer.get_image_height(), s.byte_order
-            )
+            frame = decode_mono16(buffer.get_data(), buffer.get_image_width(), buffer.get_image_height(), s.byte_order)
             counts = s.region.crop(frame)
         except ValueError as error:
             raise NoReading(f"thermal camera: {error}") from error

@@ -86,13 +86,17 @@ class Mounting:
 class Port(Protocol):
     """What is used of serial.Serial."""
 
-    def write(self, data: bytes, /) -> int | None: ...
+    def write(self, data: bytes, /) -> int | None:
+        """Send bytes."""
 
-    def read_until(self, expected: bytes = ...) -> bytes: ...
+    def read_until(self, expected: bytes = ...) -> bytes:
+        """Bytes up to and with ``expected``, or what came before the time-out."""
 
-    def reset_input_buffer(self) -> None: ...
+    def reset_input_buffer(self) -> None:
+        """Forget what came so far."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Let go of the port."""
 
 
 def open_port(path: str, baud_rate: int, timeout_s: float) -> Port:
@@ -106,15 +110,14 @@ def open_port(path: str, baud_rate: int, timeout_s: float) -> Port:
 class KeyenceLink:
     """Asks one output again and again; a reading is stamped half-way between question and answer."""
 
-    def __init__(
-        self, port: Port, dialect: str, out: int, mounting: Mounting, clock: Callable[[], float]
-    ) -> None:
+    def __init__(self, port: Port, dialect: str, out: int, mounting: Mounting, clock: Callable[[], float]) -> None:
         self._port = port
         self._command = DIALECTS[dialect].command(out)
         self._mounting = mounting
         self._clock = clock
 
     def read(self) -> Reading | None:
+        """Ask once; NoReading or OSError where there is no answer to use."""
         asked_s = self._clock()
         try:
             value = parse(self._ask(self._command), self._command)
@@ -126,6 +129,7 @@ class KeyenceLink:
         return Reading(self._mounting.displacement_m(value), 0.5 * (asked_s + self._clock()))
 
     def close(self) -> None:
+        """Let go of the port."""
         self._port.close()
 
     def _ask(self, command: str) -> bytes:

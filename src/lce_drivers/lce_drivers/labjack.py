@@ -55,6 +55,7 @@ class ModbusRegisters:
             raise ConnectionError(f"{self._where} does not answer")
 
     def read(self, address: int) -> tuple[int, int]:
+        """The two registers from ``address`` on."""
         try:
             answer = self._client.read_holding_registers(address, count=2)
         except self._failure as error:
@@ -64,6 +65,7 @@ class ModbusRegisters:
         return answer.registers[0], answer.registers[1]
 
     def write(self, address: int, pair: tuple[int, int]) -> None:
+        """Set the two registers from ``address`` on."""
         try:
             answer = self._client.write_registers(address, list(pair))
         except self._failure as error:
@@ -72,6 +74,7 @@ class ModbusRegisters:
             raise OSError(f"{self._where}: register {address} cannot be written ({answer})")
 
     def close(self) -> None:
+        """Hang up."""
         self._client.close()
 
 
@@ -124,13 +127,16 @@ class LabJackLaser:
 
     @property
     def max_power_w(self) -> float:
+        """Power [W] at the highest voltage."""
         return self._calibration.max_power_w
 
     def write(self, power_w: float) -> None:
+        """Set the voltage for a power [W] and feed the watchdog."""
         self._put_float(DAC0, self._calibration.voltage(power_w))
         self._put(WATCHDOG_STRICT_CLEAR, KEY)
 
     def close(self) -> None:
+        """Set 0 V and hang up."""
         try:
             self._put_float(DAC0, 0.0)
         finally:
@@ -138,9 +144,7 @@ class LabJackLaser:
 
     def _recognise(self) -> None:
         if (test := self._get(TEST)) != TEST_VALUE:
-            raise OSError(
-                f"register {TEST} reads {test:#010x}, not {TEST_VALUE:#010x}: not a LabJack T7 or T8"
-            )
+            raise OSError(f"register {TEST} reads {test:#010x}, not {TEST_VALUE:#010x}: not a LabJack T7 or T8")
         if (product := self._get_float(PRODUCT_ID)) not in PRODUCTS:
             raise OSError(f"product {product:g} is not a LabJack T7 or T8")
 

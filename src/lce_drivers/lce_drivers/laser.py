@@ -29,10 +29,10 @@ class SimulatedOutput:
     max_power_w = math.inf
 
     def write(self, power_w: float) -> None:
-        pass
+        """Nothing to do."""
 
     def close(self) -> None:
-        pass
+        """Nothing to let go of."""
 
 
 class State(Enum):

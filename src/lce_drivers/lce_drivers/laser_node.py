@@ -19,8 +19,6 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from lce_ros.health import Level
-from lce_ros.node import BenchNode, NodeFault, run
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
@@ -28,6 +26,8 @@ from std_msgs.msg import Float64
 
 from lce_drivers.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser import PowerGuard, PowerLimits, PowerOutput, SimulatedOutput, State
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, NodeFault, run
 
 PERIOD_S: Final = 0.01
 LAST_WORD_S: Final = 0.2
@@ -61,9 +61,7 @@ def labjack(node: BenchNode) -> PowerOutput:
     )
     timeout_s = number("timeout_s", 0.1, "longest wait for an answer", "s", 0.01, 1.0)
     calibration = Calibration(
-        volts_per_watt=number(
-            "volts_per_watt", 0.0, "slope of the laser driver; to be set", "V/W", 0.0, 1000.0
-        ),
+        volts_per_watt=number("volts_per_watt", 0.0, "slope of the laser driver; to be set", "V/W", 0.0, 1000.0),
         threshold_v=number("threshold_v", 0.0, "voltage at which light begins", "V", 0.0, 10.0),
         max_v=number("max_v", 5.0, "highest voltage that is ever put out", "V", 0.0, 10.0),
     )
@@ -80,16 +78,14 @@ DEVICES: Final[Mapping[str, Callable[[BenchNode], PowerOutput]]] = {
 
 
 class Laser(BenchNode):
+    """Lets through what the guard allows, 100 times a second."""
+
     def __init__(self, **options: Any) -> None:
         super().__init__("laser", **options)
         self.declare("max_power_w", 2.0, "upper limit of the power", unit="W", lower=0.0, upper=10.0)
         self.declare("slew_w_per_s", 0.0, "fastest rise, 0: no limit", unit="W/s", lower=0.0, upper=1e6)
-        self.declare(
-            "command_timeout_s", 0.1, "age at which a command is stale", unit="s", lower=0.02, upper=1.0
-        )
-        device = self.declare(
-            "device", "simulated", "what drives the laser", choices=tuple(DEVICES), read_only=True
-        )
+        self.declare("command_timeout_s", 0.1, "age at which a command is stale", unit="s", lower=0.02, upper=1.0)
+        device = self.declare("device", "simulated", "what drives the laser", choices=tuple(DEVICES), read_only=True)
         self._output = DEVICES[device](self)
         self._guard = PowerGuard(self._limits())
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
@@ -125,9 +121,7 @@ class Laser(BenchNode):
             raise NodeFault(f"laser: {error}") from error
         self._power.publish(Float64(data=power_w))
         state = self._guard.state
-        self.report(
-            LEVELS[state], state.value, power_w=power_w, invalid_commands=self._guard.invalid_commands
-        )
+        self.report(LEVELS[state], state.value, power_w=power_w, invalid_commands=self._guard.invalid_commands)
 
     def _look_for_rivals(self) -> None:
         commanders = self.count_publishers("laser/power_command")
@@ -152,6 +146,7 @@ class Laser(BenchNode):
 
 
 def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
     return run(Laser, args)
 
 

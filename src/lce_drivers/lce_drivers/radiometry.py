@@ -49,9 +49,7 @@ class Region:
 def decode_mono16(data: bytes, width: int, height: int, byte_order: ByteOrder) -> Frame:
     """Counts (height, width) of a Mono16 buffer; ValueError where its size does not fit."""
     if len(data) != 2 * width * height:
-        raise ValueError(
-            f"a Mono16 frame of {width} x {height} has {2 * width * height} bytes, not {len(data)}"
-        )
+        raise ValueError(f"a Mono16 frame of {width} x {height} has {2 * width * height} bytes, not {len(data)}")
     counts = np.frombuffer(data, dtype="<u2" if byte_order == "little" else ">u2")
     return counts.astype(np.uint16).reshape(height, width)
 

@@ -57,9 +57,7 @@ class SimulatedSensor:
     the channel keeps two sensors with the same seed from having the same noise.
     """
 
-    def __init__(
-        self, imperfection: Imperfection, seed: int, channel: str, rate_hz: float = math.inf
-    ) -> None:
+    def __init__(self, imperfection: Imperfection, seed: int, channel: str, rate_hz: float = math.inf) -> None:
         self.imperfection = imperfection
         self._rate_hz = rate_hz
         self._period = -1

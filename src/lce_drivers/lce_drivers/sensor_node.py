@@ -4,10 +4,9 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from lce_drivers.sensor import Imperfection, Reading, SensorDevice, SimulatedSensor
 from lce_ros.health import Level
 from lce_ros.node import BenchNode
-
-from lce_drivers.sensor import Imperfection, Reading, SensorDevice, SimulatedSensor
 
 
 class SensorNode(BenchNode):
@@ -76,9 +75,7 @@ class Simulated:
         msg_type, topic, read = feed
         self._node = node
         node.declare("noise_rms", defaults.noise_rms, "noise", unit=unit, lower=0.0, upper=100.0)
-        node.declare(
-            "quantum", defaults.quantum, "step of the digits, 0: none", unit=unit, lower=0.0, upper=10.0
-        )
+        node.declare("quantum", defaults.quantum, "step of the digits, 0: none", unit=unit, lower=0.0, upper=10.0)
         node.declare("latency_s", defaults.latency_s, "delay of a reading", unit="s", lower=0.0, upper=1.0)
         seed = node.declare("seed", 1, "seed of the noise, -1: a new one each time", lower=-1, read_only=True)
         self._sensor = SimulatedSensor(self._imperfection(), seed, topic, rate_hz)
@@ -91,10 +88,11 @@ class Simulated:
         node.listen(msg_type, topic, observe)
 
     def fault(self) -> str | None:
+        """Nothing can be wrong with it."""
         return None
 
     def close(self) -> None:
-        pass
+        """Nothing to let go of."""
 
     def _imperfection(self) -> Imperfection:
         return Imperfection(*(self._node.value(name) for name in ("noise_rms", "quantum", "latency_s")))

@@ -16,19 +16,21 @@ import math
 import sys
 from typing import Any, Final
 
-from lce_model import Stepper
-from lce_ros.conversions import to_celsius, to_stamp
-from lce_ros.health import Level
-from lce_ros.node import BenchNode, run
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from lce_drivers.simulator import Drive, strip_model
+from lce_model import Stepper
+from lce_ros.conversions import to_celsius, to_stamp
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, run
 
 PERIOD_S: Final = 0.01
 
 
 class Simulator(BenchNode):
+    """Steps one model through the node's time."""
+
     def __init__(self, **options: Any) -> None:
         super().__init__("simulator", **options)
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
@@ -43,9 +45,7 @@ class Simulator(BenchNode):
         self._temperature = self.advertise(Temperature, "sim/temperature")
         self._displacement = self.advertise(Float64, "sim/displacement")
         self._laser_found = False
-        self._power = self.listen(
-            Float64, "laser/power", lambda m: self._drive.put(m.data, self.now_s())
-        )
+        self._power = self.listen(Float64, "laser/power", lambda m: self._drive.put(m.data, self.now_s()))
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._report_state)
 
@@ -78,6 +78,7 @@ class Simulator(BenchNode):
 
 
 def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
     return run(Simulator, args)
 
 

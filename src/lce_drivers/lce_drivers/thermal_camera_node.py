@@ -13,8 +13,6 @@ Parameters  device           simulated | flir
 import sys
 from typing import Any, Final
 
-from lce_ros.conversions import from_stamp, to_celsius, to_kelvin, to_stamp
-from lce_ros.node import run
 from sensor_msgs.msg import Temperature
 
 from lce_drivers.background import Background
@@ -22,6 +20,8 @@ from lce_drivers.flir import CameraSettings, FlirLink
 from lce_drivers.radiometry import BYTE_ORDERS, KELVIN_PER_COUNT, STATISTICS, Region
 from lce_drivers.sensor import Imperfection, Reading, SensorDevice
 from lce_drivers.sensor_node import DeviceFactory, SensorNode, Simulated
+from lce_ros.conversions import from_stamp, to_celsius, to_kelvin, to_stamp
+from lce_ros.node import run
 
 RATE_HZ: Final = 10.0
 POLL_S: Final = 0.01
@@ -57,12 +57,8 @@ def flir(node: SensorNode) -> SensorDevice:
             pixels("height", "height of the strip, 0: to the edge"),
         ),
         statistic=fixed("statistic", "mean", "one temperature from the region", choices=STATISTICS),
-        lower_k=to_kelvin(
-            fixed("lower_c", -20.0, "coldest that is believed", unit="°C", lower=-273.15, upper=2000.0)
-        ),
-        upper_k=to_kelvin(
-            fixed("upper_c", 350.0, "hottest that is believed", unit="°C", lower=-273.15, upper=2000.0)
-        ),
+        lower_k=to_kelvin(fixed("lower_c", -20.0, "coldest that is believed", unit="°C", lower=-273.15, upper=2000.0)),
+        upper_k=to_kelvin(fixed("upper_c", 350.0, "hottest that is believed", unit="°C", lower=-273.15, upper=2000.0)),
         latency_s=fixed("latency_s", 0.03, "age of a frame when it is here", unit="s", lower=0.0, upper=1.0),
         packet_size=fixed("packet_size", 0, "0: the camera's own", unit="byte", lower=0, upper=9000),
         rate_hz=RATE_HZ,
@@ -76,11 +72,14 @@ DEVICES: Final[dict[str, DeviceFactory]] = {"simulated": simulated, "flir": flir
 
 
 class ThermalCamera(SensorNode):
+    """Publishes temperatures [K] of its device in °C."""
+
     def __init__(self, **options: Any) -> None:
         super().__init__("thermal_camera", DEVICES, **options)
         self._temperature = self.advertise(Temperature, "temperature")
 
     def publish(self, reading: Reading) -> None:
+        """Put a reading into its message."""
         message = Temperature(temperature=to_celsius(reading.value), variance=reading.variance)
         message.header.stamp = to_stamp(reading.t_s)
         message.header.frame_id = "strip"
@@ -88,6 +87,7 @@ class ThermalCamera(SensorNode):
 
 
 def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
     return run(ThermalCamera, args)
 
 

@@ -2,6 +2,7 @@
 from collections.abc import Iterator
 
 import pytest
+
 from lce_ros.testing import Graph, graph
 
 

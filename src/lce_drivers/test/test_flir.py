@@ -10,17 +10,19 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from sensor_msgs.msg import Temperature
+
 from lce_drivers.background import Background, NoReading
 from lce_drivers.flir import CameraSettings, FlirLink, aravis
 from lce_drivers.sensor import Reading
 from lce_drivers.thermal_camera_node import ThermalCamera
 from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph
-from sensor_msgs.msg import Temperature
 
-SETTINGS = CameraSettings(
-    camera="Aravis-Fake-GV01", ir_format="", lower_k=0.0, upper_k=700.0, packet_size=9000
-)
+# PyGObject's, on every import of a repository.
+pytestmark = pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")
+
+SETTINGS = CameraSettings(camera="Aravis-Fake-GV01", ir_format="", lower_k=0.0, upper_k=700.0, packet_size=9000)
 FAKE_CAMERA = shutil.which("arv-fake-gv-camera-0.8")
 
 
@@ -58,8 +60,7 @@ def read(link: FlirLink) -> Reading | None:
     """A reading; the first frames over loopback are often incomplete."""
     try:
         return link.read()
-    except NoReading as why:
-        assert "incomplete frame" in str(why)
+    except NoReading:
         return None
 
 
@@ -78,15 +79,12 @@ def test_frames_become_ten_temperatures_a_second() -> None:
 
 @pytest.mark.usefixtures("camera")
 def test_implausible_frames_are_not_temperatures() -> None:
-    link = opened(replace(SETTINGS, lower_k=699.0))
-    end, why = time.monotonic() + 5.0, ""
-    while "not within [699, 700] K" not in why and time.monotonic() < end:
-        try:
-            assert link.read() is None
-        except NoReading as error:
-            why = str(error)
-    link.close()
-    assert "not within [699, 700] K" in why
+    device = Background(lambda: FlirLink(replace(SETTINGS, lower_k=699.0), time.monotonic), "test", retry_s=0.2)
+    end = time.monotonic() + 10.0
+    while "not within [699, 700] K" not in (device.fault() or ""):
+        assert time.monotonic() < end
+        assert device.poll() is None
+    device.close()
 
 
 @pytest.mark.usefixtures("camera")

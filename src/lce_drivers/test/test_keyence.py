@@ -6,11 +6,12 @@ import tty
 from collections.abc import Callable, Iterator
 
 import pytest
+from std_msgs.msg import Float64
+
 from lce_drivers.background import Background, NoReading
 from lce_drivers.distance_sensor_node import DistanceSensor
 from lce_drivers.keyence import KeyenceLink, Mounting, Refused, open_port, parse
 from lce_ros.testing import Graph
-from std_msgs.msg import Float64
 
 
 class Controller:
@@ -26,7 +27,8 @@ class Controller:
         self.measuring = True
         self.dumb = False
         self.asked: list[str] = []
-        threading.Thread(target=self._serve, daemon=True).start()
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
 
     def _serve(self) -> None:
         line = b""
@@ -54,7 +56,9 @@ class Controller:
         return f"{command},{self.display}"
 
     def close(self) -> None:
+        # With the last slave closed the thread's read fails; only then may the number of the master be used again.
         os.close(self._slave)
+        self._thread.join(timeout=5)
         os.close(self._master)
 
 

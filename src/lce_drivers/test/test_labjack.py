@@ -11,13 +11,14 @@ from typing import Any
 
 import pytest
 import yaml
+from std_msgs.msg import Float64
+
 from lce_drivers.distance_sensor_node import DistanceSensor
 from lce_drivers.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser_node import Laser
 from lce_drivers.thermal_camera_node import ThermalCamera
 from lce_ros.node import NodeFault
 from lce_ros.testing import Graph
-from std_msgs.msg import Float64
 
 WATCHDOG = range(61600, 61700)
 
@@ -124,9 +125,7 @@ def test_a_power_that_the_output_cannot_give_is_refused_not_clipped(power: float
         CALIBRATION.voltage(power)
 
 
-@pytest.mark.parametrize(
-    "arguments", [(0.0, 0.0, 5.0), (float("nan"), 0.0, 5.0), (1.0, 5.0, 5.0), (1.0, 0.0, 11.0)]
-)
+@pytest.mark.parametrize("arguments", [(0.0, 0.0, 5.0), (float("nan"), 0.0, 5.0), (1.0, 5.0, 5.0), (1.0, 0.0, 11.0)])
 def test_a_calibration_that_is_none_is_refused(arguments: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match=r"labjack\."):
         Calibration(*arguments)

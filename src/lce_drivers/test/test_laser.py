@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+
 from lce_drivers.laser import PowerGuard, PowerLimits, State
 
 LIMITS = PowerLimits(max_power_w=2.0, command_timeout_s=0.1)

@@ -8,11 +8,12 @@ import time
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
 from lce_drivers.laser_node import Laser
 from lce_ros.node import BenchNode, NodeFault
 from lce_ros.testing import Graph, Heard
-from rclpy.parameter import Parameter
-from std_msgs.msg import Float64
 
 LASER = "lce_drivers.laser_node"
 
@@ -119,9 +120,7 @@ def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(
     ("name", "value"),
     [("max_power_w", 11.0), ("max_power_w", math.nan), ("command_timeout_s", 5.0), ("device", "x")],
 )
-def test_parameters_out_of_range_are_refused_live_and_at_the_start(
-    bench: Graph, name: str, value: object
-) -> None:
+def test_parameters_out_of_range_are_refused_live_and_at_the_start(bench: Graph, name: str, value: object) -> None:
     laser = bench.add(Laser)
     [result] = laser.set_parameters([Parameter(name, value=value)])
     assert not result.successful and name in result.reason
@@ -142,9 +141,7 @@ def test_two_commanders_are_reported(bench: Graph) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_stop_signal_leaves_zero_as_the_last_word_and_status_0(
-    bench: Graph, number: signal.Signals
-) -> None:
+def test_a_stop_signal_leaves_zero_as_the_last_word_and_status_0(bench: Graph, number: signal.Signals) -> None:
     commander, process = shining(bench)
     process.send_signal(number)
     sent_s = time.monotonic()

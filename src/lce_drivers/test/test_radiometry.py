@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+
 from lce_drivers.radiometry import Region, decode_mono16, implausible, strip_temperature_k, to_kelvin
 
 
@@ -11,9 +12,7 @@ def frame(kelvin: float, shape: tuple[int, int] = (240, 320)) -> np.ndarray:
 def test_counts_are_hundredths_or_tenths_of_a_kelvin() -> None:
     counts = np.array([[0, 29315]], dtype=np.uint16)
     assert to_kelvin(counts, 0.01).tolist() == [[0.0, pytest.approx(293.15)]]
-    assert strip_temperature_k(np.array([[2931, 2932]], dtype=np.uint16), 0.1, "mean") == pytest.approx(
-        293.15
-    )
+    assert strip_temperature_k(np.array([[2931, 2932]], dtype=np.uint16), 0.1, "mean") == pytest.approx(293.15)
 
 
 def test_rows_columns_and_both_byte_orders() -> None:
@@ -37,9 +36,7 @@ def test_the_region_is_what_is_looked_at() -> None:
     assert Region(x=300).crop(counts).shape == (240, 20)
 
 
-@pytest.mark.parametrize(
-    "region", [Region(310, 0, 20, 10), Region(0, 235, 10, 10), Region(400, 0), Region(320, 0)]
-)
+@pytest.mark.parametrize("region", [Region(310, 0, 20, 10), Region(0, 235, 10, 10), Region(400, 0), Region(320, 0)])
 def test_a_region_outside_the_frame_is_refused_with_both(region: Region) -> None:
     with pytest.raises(ValueError, match="within 320 x 240 pixels"):
         region.crop(frame(300.0))

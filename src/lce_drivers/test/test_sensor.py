@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+
 from lce_drivers.sensor import Imperfection, Reading, SimulatedSensor
 
 PERFECT = Imperfection(0.0, 0.0, 0.0)
@@ -28,8 +29,7 @@ def test_noise_has_the_given_rms_and_no_mean() -> None:
 def test_the_same_seed_gives_the_same_noise_and_another_channel_another() -> None:
     noisy = Imperfection(1.0, 0.0, 0.0)
     a, b, c = (
-        [r.value for r in readings(SimulatedSensor(noisy, 5, channel), [0.0] * 100)]
-        for channel in ("x", "x", "y")
+        [r.value for r in readings(SimulatedSensor(noisy, 5, channel), [0.0] * 100)] for channel in ("x", "x", "y")
     )
     assert a == b
     assert abs(np.corrcoef(a, c)[0, 1]) < 0.3

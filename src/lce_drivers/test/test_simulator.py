@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from lce_drivers.simulator import Drive, strip_model
 from lce_model import LceError, default_model, save_model
 

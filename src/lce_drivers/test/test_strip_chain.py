@@ -8,6 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
 from lce_drivers.distance_sensor_node import DistanceSensor
 from lce_drivers.laser_node import Laser
 from lce_drivers.simulator_node import Simulator
@@ -15,9 +19,6 @@ from lce_drivers.thermal_camera_node import ThermalCamera
 from lce_model import default_model, simulate
 from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph, Heard, graph
-from rclpy.parameter import Parameter
-from sensor_msgs.msg import Temperature
-from std_msgs.msg import Float64
 
 
 @dataclass
@@ -61,9 +62,7 @@ def test_the_measured_strip_is_the_model_plus_the_noise(bench: Graph) -> None:
     power_times = np.round(run.power.times_s, 9)
     model = simulate(default_model(), power_times, run.power.data)
 
-    at = np.searchsorted(
-        power_times, [round(from_stamp(m.header.stamp), 9) for m in run.temperature.messages]
-    )
+    at = np.searchsorted(power_times, [round(from_stamp(m.header.stamp), 9) for m in run.temperature.messages])
     error_k = np.array([m.temperature + 273.15 for m in run.temperature.messages]) - model.temperature_k[at]
     assert len(run.temperature) == 150
     assert error_k.std() == pytest.approx(0.06, rel=0.15)
@@ -138,9 +137,7 @@ def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(bench: Graph) ->
     def silent() -> set[str]:
         return {s.name for m in told.messages for s in m.status if "no reading for" in s.message}
 
-    bench.until(
-        lambda: silent() == {"/lce/thermal_camera", "/lce/distance_sensor"}, 5.0, "the report of silence"
-    )
+    bench.until(lambda: silent() == {"/lce/thermal_camera", "/lce/distance_sensor"}, 5.0, "the report of silence")
     assert len(heard) == 1
 
 

@@ -38,6 +38,7 @@ class CountingPublisher(Publisher):
     counted_as: str
 
     def publish(self, msg: Any) -> None:
+        """Count and publish."""
         self.counts[self.counted_as] += 1
         super().publish(msg)
 
@@ -124,9 +125,7 @@ class BenchNode(Node):
 
     def advertise(self, msg_type: Any, topic: str, *, latched: bool = False) -> CountingPublisher:
         """A publisher on ``topic``."""
-        publisher: Any = self.create_publisher(
-            msg_type, topic, _profile(latched, None), publisher_class=CountingPublisher
-        )
+        publisher = self.create_publisher(msg_type, topic, _profile(latched, None), publisher_class=CountingPublisher)
         publisher.counts, publisher.counted_as = self.published, publisher.topic_name
         self.published.setdefault(publisher.topic_name, 0)
         return publisher

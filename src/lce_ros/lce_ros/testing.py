@@ -57,9 +57,7 @@ class Graph:
         self._clock: Any = None
         self.time_s = 0.0
 
-    def add(
-        self, factory: Callable[..., BenchNode], *args: Any, sim_time: bool = False, **parameters: Any
-    ) -> Any:
+    def add(self, factory: Callable[..., BenchNode], *args: Any, sim_time: bool = False, **parameters: Any) -> Any:
         """Make a node in the namespace /lce with parameters, and let it spin with the others."""
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         if sim_time:
@@ -85,9 +83,7 @@ class Graph:
         node.listen(msg_type, topic, keep, depth=1000)
         return heard
 
-    def until(
-        self, condition: Callable[[], Any], timeout_s: float = 10.0, what: str = "the condition"
-    ) -> Any:
+    def until(self, condition: Callable[[], Any], timeout_s: float = 10.0, what: str = "the condition") -> Any:
         """Spin until the condition holds; AssertionError after the time-out."""
         end = time.monotonic() + timeout_s
         while not (result := condition()):
@@ -158,7 +154,7 @@ class Graph:
         process.kill()
         process.wait(timeout=5)
         for segment in set(re.findall(r"/dev/shm/fastrtps_[0-9a-f]{16}", maps)):
-            with suppress(OSError), open(f"{segment}_el", "ab") as lock:
+            with suppress(OSError), Path(f"{segment}_el").open("ab") as lock:
                 # Who lives holds the lock of a segment of its own; this raises where somebody does.
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 Path(f"{segment}_el").unlink()

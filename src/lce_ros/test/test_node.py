@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
 from lce_ros.health import Level
 from lce_ros.node import BenchNode
 from lce_ros.testing import Graph
-from rclpy.parameter import Parameter
-from std_msgs.msg import Float64
 
 
 class Example(BenchNode):
@@ -81,7 +82,7 @@ def test_a_live_change_out_of_range_is_refused_with_value_and_range(
 def test_a_node_does_not_start_with_a_parameter_out_of_range(
     bench: Graph, overrides: dict[str, Any], words: tuple[str, ...]
 ) -> None:
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(ValueError, match=words[0]) as caught:
         bench.add(Example, **overrides)
     for word in words:
         assert word in str(caught.value)

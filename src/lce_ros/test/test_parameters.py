@@ -2,6 +2,7 @@
 import math
 
 import pytest
+
 from lce_ros.parameters import Rule
 
 

@@ -4,6 +4,7 @@ import signal
 import threading
 
 import pytest
+
 from lce_ros.signals import STOP_SIGNALS, stop_signals
 
 
