@@ -205,7 +205,7 @@ def test_a_broken_line_is_a_fault_and_is_connected_again(controller: Controller)
     device.close()
 
 
-def test_the_node_publishes_what_the_controller_shows(bench: Graph, controller: Controller) -> None:
+def test_the_node_publishes_what_the_controller_shows(controller: Controller, bench: Graph) -> None:
     probe = bench.probe()
     heard = bench.hear(Float64, "displacement", probe)
     bench.add(
