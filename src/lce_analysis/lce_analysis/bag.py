@@ -94,7 +94,7 @@ def _floats(messages: list[Message]) -> tuple[Floats, Floats] | None:
         return None
     order = "<f8" if messages[0][3][1] & 1 else ">f8"
     value = np.frombuffer(b"".join(m[3][4:12] for m in messages), dtype=order).astype(np.float64)
-    return _seconds([m[2] for m in messages]), value
+    return _latest(_seconds([m[2] for m in messages]), value)
 
 
 def _temperatures(messages: list[Message]) -> tuple[Floats, Floats] | None:
@@ -104,8 +104,14 @@ def _temperatures(messages: list[Message]) -> tuple[Floats, Floats] | None:
     decoded = [store.deserialize_cdr(m[3], m[1]) for m in messages]
     stamp = [m.header.stamp for m in decoded]  # type: ignore[attr-defined]
     time = _seconds([s.sec * 1_000_000_000 + s.nanosec for s in stamp])
-    return time, np.array([m.temperature for m in decoded], dtype=np.float64)  # type: ignore[attr-defined]
+    return _latest(time, np.array([m.temperature for m in decoded], dtype=np.float64))  # type: ignore[attr-defined]
 
 
 def _seconds(time_ns: list[int]) -> Floats:
     return np.array(time_ns, dtype=np.int64).astype(np.float64) * 1e-9
+
+
+def _latest(time: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """Of several messages at one instant (a laser shut off in the tick of its last command) the last one holds."""
+    last = np.append(np.diff(time) != 0.0, True)
+    return time[last], value[last]

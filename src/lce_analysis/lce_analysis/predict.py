@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a model says of a run: the same input, compared sample by sample with what was measured."""
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -67,15 +68,15 @@ class RunInput:
         return out
 
 
-def _start(run: Run) -> float:
-    """Mean temperature before the laser is on, or of the first second."""
+def _at_rest(run: Run) -> Floats:
+    """Temperatures before the laser is first on, at most ten; the first one where it is on at once."""
     if run.temperature is None:
-        return float("nan")
+        return np.empty(0)
     time, value = run.temperature.time_s, run.temperature.value
-    until = time[0] + 1.0
-    if run.power is not None and np.any(run.power.value > 0.0):
-        until = max(until, float(run.power.time_s[np.argmax(run.power.value > 0.0)]))
-    return float(np.mean(value[time <= until]))
+    if run.power is None or not np.any(run.power.value > 0.0):
+        return value[:10]
+    dark = int(np.count_nonzero(time <= run.power.time_s[np.argmax(run.power.value > 0.0)]))
+    return value[: min(max(dark, 1), 10)]
 
 
 def prepare(run: Run, model: Model) -> RunInput:
@@ -106,7 +107,7 @@ def _laid_out(run: Run, time_s: Floats, power_w: Floats, drive_k: Floats) -> Run
         power_w=np.ascontiguousarray(power_w),
         drive_k=np.ascontiguousarray(drive_k),
         deadband_k=deadband,
-        start_k=_start(run),
+        start_k=float(np.mean(rest)) if (rest := _at_rest(run)).size else float("nan"),
         at_temperature=None if run.temperature is None else Sampling.between(time_s, run.temperature.time_s),
         at_displacement=None if run.displacement is None else Sampling.between(time_s, run.displacement.time_s),
     )
@@ -139,15 +140,26 @@ def measured_drive(prepared: RunInput, model: Model, start_k: float) -> RunInput
     return _laid_out(run, prepared.time_s, prepared.power_w, drive)
 
 
+def starts_at(prepared: RunInput, ambient_k: float) -> bool:
+    """Is the strip at rest with its surroundings when the run begins, as far as its first samples can tell?
+
+    Then it is taken to be so exactly: a difference of a hundredth of a kelvin would set it on the cooling branch.
+    """
+    rest = _at_rest(prepared.run)
+    if prepared.run.temperature is None:
+        return True
+    return abs(prepared.start_k - ambient_k) < 3.0 * noise_floor(prepared.run.temperature) / math.sqrt(rest.size) + 0.02
+
+
 def start_temperature(prepared: RunInput, model: Model) -> float:
     """Temperature [K] at the beginning of a run, by least squares on all that was measured.
 
     The first camera sample alone (0.06 K rms) would be felt in the displacement, so the start is estimated like a
-    parameter of its own; a run without temperatures starts at the ambient temperature.
+    parameter of its own. A run that starts at rest, or without temperatures, starts at the ambient temperature.
     """
     if prepared.drive_k.size:
         return float(prepared.drive_k[0])
-    if not np.isfinite(prepared.start_k):
+    if starts_at(prepared, model["ambient.t_env"]):
         return model["ambient.t_env"]
     start = prepared.start_k
     for _ in range(3):

@@ -32,6 +32,7 @@ from lce_analysis.predict import (
     measured_drive,
     predict,
     prepare,
+    starts_at,
 )
 from lce_model import LceError, Model
 from lce_model.metrics import nrmse
@@ -168,7 +169,7 @@ class _Search:
         best: tuple[Problem, Optimum] | None = None
         for tau in (5.0, 20.0, 80.0, 320.0) if "lumped.tau" in self.model else (None,):
             guess = self.model if tau is None else _with_thermal_guess(self.model, self.inputs, tau)
-            problem = Problem(guess, self.inputs, free, self.starts, True, blocks)
+            problem = Problem(guess, self.inputs, free, self.starts, blocks, self._thermal_runs())
             optimum = self._polish(problem, "temperature")
             if best is None or optimum.rms < best[1].rms:
                 best = problem, optimum
@@ -201,7 +202,7 @@ class _Search:
             return None
         full = self.driven_inputs()
         coarse = [_thinned(i) for i in full]
-        problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), False, blocks_of(coarse, None, sigma))
+        problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), blocks_of(coarse, None, sigma))
         box = _search_box(problem, coarse)
         label = f"{self.model.deformation} model"
         guesses = self._evolutions if self.model.deformation == "dynamic" else self._random_guesses
@@ -216,7 +217,7 @@ class _Search:
                 break
         assert best is not None
         self._adopt_deformation(problem, best.variables)
-        return Problem(self.model, full, free, np.zeros(len(full)), False, blocks_of(full, None, sigma))
+        return Problem(self.model, full, free, np.zeros(len(full)), blocks_of(full, None, sigma))
 
     def _adopt_deformation(self, problem: Problem, variables: Floats) -> None:
         starts = self.starts
@@ -249,13 +250,23 @@ class _Search:
         self.progress(label, 0, 1, float("nan"))
         yield from problem.coordinates.to_free(free[np.argsort(problem.rms_of_rows(free))[:GUESSES]])
 
+    def _thermal_runs(self) -> tuple[int, ...]:
+        return tuple(i for i, prepared in enumerate(self.inputs) if prepared.at_temperature and not prepared.drive_k.size)
+
+    def _start_conditions(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Runs with a start temperature of their own, and runs that start at the ambient temperature."""
+        measured = self._thermal_runs()
+        ambient = self.model["ambient.t_env"]
+        rest = tuple(i for i, p in enumerate(self.inputs) if i not in measured or starts_at(p, ambient))
+        return tuple(i for i in measured if i not in rest), rest
+
     def joint(self, thermal: Problem, deformation: Problem) -> Problem:
         """Step 3: each output weighted by the misfit that steps 1 and 2 left."""
         sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), TEMPERATURE)
         sigma_d = self._misfit(deformation, DISPLACEMENT)
         problem = Problem(
-            self.model, self.inputs, self._free(heat=True, deformation=True), self.starts, True,
-            blocks_of(self.inputs, sigma_t, sigma_d),
+            self.model, self.inputs, self._free(heat=True, deformation=True), self.starts,
+            blocks_of(self.inputs, sigma_t, sigma_d), *self._start_conditions(),
         )
         if self.interrupted:
             return problem

@@ -36,15 +36,17 @@ class Problem:
     """Weighted least squares of several runs with one parameter set.
 
     The variables are the free parameters ``free`` (positions in ``model.values``) in the unbounded coordinates, and
-    behind them one start temperature [K] per run where ``free_starts`` is set.
+    behind them the start temperatures [K] of the runs ``free_starts``. Runs ``at_ambient`` start at the ambient
+    temperature, whatever it is; all others at their entry of ``starts_k`` (runs,).
     """
 
     model: Model
     inputs: Sequence[RunInput]
     free: tuple[int, ...]
     starts_k: Floats
-    free_starts: bool
     blocks: tuple[Block, ...]
+    free_starts: tuple[int, ...] = ()
+    at_ambient: tuple[int, ...] = ()
 
     @cached_property
     def coordinates(self) -> Coordinates:
@@ -58,15 +60,19 @@ class Problem:
     def first(self) -> Floats:
         """The variables at the values of the model."""
         z = self.coordinates.to_free(self.model.vector[list(self.free)])
-        return np.concatenate([z, self.starts_k]) if self.free_starts else z
+        return np.concatenate([z, self.starts_k[list(self.free_starts)]])
 
     def split(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Physical parameters (…, k) and start temperatures (…, runs) of variables (…, k [+ runs])."""
+        """Physical parameters (…, k) and start temperatures (…, runs) of variables (…, k + free starts)."""
         k = len(self.free)
-        starts = variables[..., k:]
-        if not self.free_starts:
-            starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
-        return self.coordinates.from_free(variables[..., :k]), starts
+        free = self.coordinates.from_free(variables[..., :k])
+        starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
+        starts[..., list(self.free_starts)] = variables[..., k:]
+        if self.at_ambient:
+            ambient = self.model.index("ambient.t_env")
+            here = free[..., self.free.index(ambient)] if ambient in self.free else self.model.vector[ambient]
+            starts[..., list(self.at_ambient)] = np.asarray(here)[..., None]
+        return free, starts
 
     def outputs(self, run: int, free: Floats, start_k: Floats) -> Floats:
         """Kernel outputs (m, n, columns) of one run for rows of free parameters (m, k) and starts (m,)."""
@@ -109,7 +115,7 @@ class Problem:
 
         def work(i: int) -> list[Floats]:
             rows, begin = free, starts[:, i]
-            if self.free_starts:
+            if i in self.free_starts:
                 nudges = np.array([h[-1], -h[-1]])
                 rows, begin = np.vstack([free, free[[-1, -1]]]), np.concatenate([begin, begin[-1] + nudges])
             blocks = []
@@ -117,8 +123,8 @@ class Problem:
                 slopes = np.zeros((variables.size, modelled.shape[1]))
                 behind = modelled[k:base] if central else modelled[base]
                 slopes[:k] = (modelled[:k] - behind) / (h[:k, None] * (2.0 if central else 1.0))
-                if self.free_starts:
-                    slopes[k + i] = (modelled[-2] - modelled[-1]) / (2.0 * h[-1])
+                if i in self.free_starts:
+                    slopes[k + self.free_starts.index(i)] = (modelled[-2] - modelled[-1]) / (2.0 * h[-1])
                 blocks.append(slopes)
             return blocks
 
