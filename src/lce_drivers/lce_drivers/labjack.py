@@ -7,6 +7,7 @@ counts in whole seconds, two at least: a backstop behind the 100 ms of the laser
 interlock, not instead of them.
 """
 
+import logging
 import math
 import struct
 from dataclasses import dataclass
@@ -48,6 +49,8 @@ class ModbusRegisters:
         from pymodbus.client import ModbusTcpClient
         from pymodbus.exceptions import ModbusException
 
+        # What goes wrong is in our errors; pymodbus would say it once more on stderr.
+        logging.getLogger("pymodbus").addHandler(logging.NullHandler())
         self._where = f"LabJack at {host}:{port}"
         self._failure = ModbusException
         self._client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)

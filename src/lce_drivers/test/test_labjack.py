@@ -198,7 +198,7 @@ def started(bench: Graph, device: LabJackEmulator) -> subprocess.Popen[str]:
 def test_the_node_drives_the_device_and_leaves_it_dark(bench: Graph, device: LabJackEmulator) -> None:
     process = started(bench, device)
     process.terminate()
-    process.wait(timeout=5)
+    process.wait(timeout=20)
     assert device.dac0_v == 0.0
     assert process.returncode == 0
 
@@ -214,7 +214,7 @@ def test_after_kill_9_the_watchdog_makes_it_dark(bench: Graph, device: LabJackEm
 def test_a_device_that_is_lost_ends_the_node_with_one_line(bench: Graph, device: LabJackEmulator) -> None:
     process = started(bench, device)
     del device.registers[1000]
-    bench.until(lambda: process.poll() is not None, 5.0, "the end of the node")
+    bench.until(lambda: process.poll() is not None, 20.0, "the end of the node")
     assert process.returncode == 1
     assert process.stderr is not None
     lines = process.stderr.read().splitlines()

@@ -147,7 +147,7 @@ def test_a_stop_signal_leaves_zero_as_the_last_word_and_status_0(bench: Graph, n
     sent_s = time.monotonic()
     bench.until(lambda: commander.last() == 0.0, 1.0, "zero power")
     assert time.monotonic() - sent_s < 0.2
-    bench.until(lambda: process.poll() is not None, 5.0, "the end of the process")
+    bench.until(lambda: process.poll() is not None, 20.0, "the end of the process")
     bench.spin_for(0.05)
     assert commander.last() == 0.0
     assert process.returncode == 0
@@ -167,24 +167,28 @@ def test_a_shutdown_of_ros_within_the_process_ends_it_in_order(bench: Graph) -> 
 
 
 def shining_then_failing(bench: Graph, statement: str) -> tuple[Commander, subprocess.Popen[str]]:
-    """A laser whose own timer runs a statement one second after its start."""
+    """A laser whose own timer runs a statement once it has followed commands for a while."""
     code = f"""
 import sys
+from lce_drivers.laser import State
 from lce_drivers.laser_node import Laser
 from lce_ros.node import run
 class Failing(Laser):
     def __init__(self):
         super().__init__()
-        self.create_timer(1.0, self.fail)
+        self.lit = 0
+        self.create_timer(0.1, self.fail)
     def fail(self):
-        {statement}
+        self.lit += self._guard.state is State.FOLLOWING
+        if self.lit > 5:
+            {statement}
 sys.exit(run(Failing))
 """
     process = bench.start(LASER, code=code)
     commander = Commander(bench)
     commander.command = 0.5
     bench.until(lambda: commander.last() == 0.5, 20.0, "the laser shining")
-    bench.until(lambda: process.poll() is not None, 10.0, "the end of the process")
+    bench.until(lambda: process.poll() is not None, 20.0, "the end of the process")
     bench.spin_for(0.05)
     return commander, process
 
