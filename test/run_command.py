@@ -26,9 +26,7 @@ Floats = NDArray[np.float64]
 
 def lce(*words: str, cwd: Path | None = None, timeout_s: float = 60.0) -> subprocess.CompletedProcess[str]:
     """Run a command to its end."""
-    return subprocess.run(
-        [*LCE, *words], capture_output=True, text=True, timeout=timeout_s, cwd=cwd, check=False
-    )
+    return subprocess.run([*LCE, *words], capture_output=True, text=True, timeout=timeout_s, cwd=cwd, check=False)
 
 
 @contextmanager
@@ -40,8 +38,7 @@ def started(*words: str) -> Iterator["Running"]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=os.environ
-        | {MARK: mark, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"},  # killed, it leaves no shared memory
+        env=os.environ | {MARK: mark, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"},  # killed, it leaves no shared memory
     )
     running = Running(process, mark)
     try:

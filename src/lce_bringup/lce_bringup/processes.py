@@ -19,7 +19,7 @@ _LIBC = ctypes.CDLL(None)  # loaded before any fork
 
 
 class Processes:
-    """Started children by name; leaving the context ends them, the last one started first.
+    """Started children by name; leaving the context ends them, the one that was started first last.
 
     What they print goes to a file each in `logs`, and its last line into the error if one dies.
     """
@@ -77,13 +77,15 @@ class Processes:
     def __enter__(self) -> Processes:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         problems = []
-        for name in reversed(list(self._running)):
+        names = list(self._running)
+        for name in names[1:]:
+            if self._running[name].poll() is None:
+                self._running[name].send_signal(signal.SIGINT)
+        for name in reversed(names):
             try:
-                self.stop(name)
+                self.stop(name, after_s=0.0 if name == names[0] else _STOP_S)
             except LceError as problem:
                 problems.append(str(problem))
         if problems and kind is None:

@@ -30,7 +30,7 @@ def test_a_child_that_dies_is_named_with_its_last_line(tmp_path: Path) -> None:
 def test_children_end_with_the_context_the_last_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopped: list[str] = []
     stop = Processes.stop
-    monkeypatch.setattr(Processes, "stop", lambda self, name, *a: (stopped.append(name), stop(self, name, *a)))
+    monkeypatch.setattr(Processes, "stop", lambda self, name, **kw: (stopped.append(name), stop(self, name, **kw)))
     with Processes(tmp_path) as processes:
         children = [processes.start(name, READY, pipe=True) for name in ("recorder", "laser", "player")]
         for child in children:
