@@ -20,7 +20,7 @@ from scipy.signal import correlate
 import lce_model
 from lce_analysis.experiment import Run
 from lce_analysis.fit.identifiability import Identifiability, identifiability
-from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt
+from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered
 from lce_analysis.fit.problem import Problem, blocks_of
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import (
@@ -44,9 +44,11 @@ GUESSED, GUESSES = 2000, 20
 """Random parameter sets tried, and how many of the best become starts of the least squares (§4.5)."""
 EVOLUTIONS = 3
 """Populations that the two-step strategy tries (step 3 of §5.3.2: start again where a search went astray)."""
+REFINED = 6
+"""Members of each population that are refined by least squares."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
-SEARCH_STEP_S = 0.1
+SEARCH_STEP_K, SEARCH_STEP_S = 0.5, 2.0
 """Grid of the searches for a first guess; the fit itself uses every sample."""
 
 
@@ -147,8 +149,7 @@ class _Search:
 
     def _polish(self, problem: Problem, label: str, iterations: int = 100) -> Optimum:
         optimum = levenberg_marquardt(problem, problem.first(), label, self.progress, iterations)
-        self.evaluations += optimum.evaluations
-        self.interrupted |= optimum.interrupted
+        self._count(optimum)
         return optimum
 
     def _adopt(self, problem: Problem, variables: Floats) -> None:
@@ -205,12 +206,11 @@ class _Search:
         problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), blocks_of(coarse, None, sigma))
         box = _search_box(problem, coarse)
         label = f"{self.model.deformation} model"
-        guesses = self._evolutions if self.model.deformation == "dynamic" else self._random_guesses
+        guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
         best: Optimum | None = None
         for guess in guesses(problem, box, label):
             optimum = levenberg_marquardt(problem, guess, label, self.progress, 200)
-            self.evaluations += optimum.evaluations
-            self.interrupted |= optimum.interrupted
+            self._count(optimum)
             if best is None or optimum.rms < best.rms:
                 best = optimum
             if self.interrupted or best.rms < NOISE_LEVEL:
@@ -224,8 +224,12 @@ class _Search:
         self._adopt(problem, variables)
         self.starts = starts
 
-    def _evolutions(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
-        """Rough solutions p_r of §5.3 from the run whose displacement covers most, each from another population."""
+    def _two_step(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
+        """The rough solution p_r of §5.3, from the run whose displacement covers most.
+
+        A population that has closed in on a minimum is often in a local one, so its scattered members are refined
+        too, and a search that has not come down to the noise is repeated from another population.
+        """
         reach = [float(np.ptp(b.measured)) for b in problem.blocks]
         block = problem.blocks[int(np.argmax(reach))]
         one = replace(
@@ -233,12 +237,25 @@ class _Search:
         )
         samples = self.inputs[block.run].time_s.size
         enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * block.weight
+        best: Optimum | None = None
         for attempt in range(EVOLUTIONS):
             name = f"{label}, evolution {attempt + 1}/{EVOLUTIONS}"
-            optimum = evolve(one, float(enough), name, self.progress, (self.seed, attempt), box)
-            self.evaluations += optimum.evaluations // len(self.inputs)
-            self.interrupted |= optimum.interrupted
-            yield optimum.variables
+            rough, population = evolve(one, float(enough), name, self.progress, (self.seed, attempt), box)
+            self._count(rough, len(self.inputs))
+            for guess in scattered(population, REFINED):
+                if self.interrupted:
+                    break
+                fine = levenberg_marquardt(one, guess, f"{name}, refined", self.progress, 100)
+                self._count(fine, len(self.inputs))
+                if best is None or fine.rms < best.rms:
+                    best = fine
+            if self.interrupted or (best is not None and best.rms < NOISE_LEVEL):
+                break
+        yield rough.variables if best is None else best.variables
+
+    def _count(self, optimum: Optimum, share: int = 1) -> None:
+        self.evaluations += optimum.evaluations // share
+        self.interrupted |= optimum.interrupted
 
     def _random_guesses(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
         """The present values, then the best of many random ones."""
@@ -323,17 +340,26 @@ def _with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) ->
 
 
 def _thinned(prepared: RunInput) -> RunInput:
-    """The run on a grid of about SEARCH_STEP_S, displacement samples likewise."""
-    keep = np.unique(np.searchsorted(prepared.time_s, np.arange(prepared.time_s[0], prepared.time_s[-1], SEARCH_STEP_S)))
-    time, run = prepared.time_s[keep], prepared.run
+    """The run on the grid of the searches: a sample wherever the temperature or the time has moved on enough.
+
+    The turning points stay, so that the path is the same.
+    """
+    temperature, time = prepared.drive_k, prepared.time_s
+    turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(temperature))) != 0.0)
+    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(temperature)) / SEARCH_STEP_K + np.diff(time) / SEARCH_STEP_S)])
+    keep = np.unique(np.concatenate([np.searchsorted(travelled, np.arange(travelled[-1])), turns, [time.size - 1]]))
+    if keep.size > time.size // 2:  # too noisy or too short to gain anything
+        keep = np.arange(time.size)
+    run = prepared.run
     assert run.displacement is not None
     d = run.displacement
-    step = max(1, int(SEARCH_STEP_S / max(float(np.median(np.diff(d.time_s))), 1e-6)))
-    thin = type(d)(d.time_s[::step], d.value[::step])
+    nearest = np.unique(np.clip(np.searchsorted(d.time_s, time[keep]), 0, d.time_s.size - 1))
+    thin = type(d)(d.time_s[nearest], d.value[nearest])
+    grid = np.ascontiguousarray(time[keep])
     return replace(
-        prepared, run=replace(run, displacement=thin), time_s=np.ascontiguousarray(time),
-        power_w=np.ascontiguousarray(prepared.power_w[keep]), drive_k=np.ascontiguousarray(prepared.drive_k[keep]),
-        at_displacement=Sampling.between(time, thin.time_s), at_temperature=None,
+        prepared, run=replace(run, displacement=thin), time_s=grid,
+        power_w=np.ascontiguousarray(prepared.power_w[keep]), drive_k=np.ascontiguousarray(temperature[keep]),
+        at_displacement=Sampling.between(grid, thin.time_s), at_temperature=None,
     )
 
 

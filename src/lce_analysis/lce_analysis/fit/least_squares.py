@@ -72,28 +72,32 @@ def evolve(
     progress: Progress,
     seed: tuple[int, ...],
     box: tuple[Floats, Floats],
-    generations: int = 200,
-) -> Optimum:
+    generations: int = 100,
+) -> tuple[Optimum, Floats]:
     """Differential evolution over the box of the free parameters, until the weighted RMS residual is ``enough``.
 
-    CR = 0.9 and DW = 0.8 as in §5.4; the first population is the best of many random candidates.
+    CR = 0.9 and DW = 0.8 as in §5.4; the first population is the best of many random candidates. Returns the best
+    candidate, and the last population (m, k) as variables, best first.
     """
     low, high = box
     rng = np.random.default_rng(seed)
+    coordinates = problem.coordinates
     best = Optimum(problem.first()[: low.size], float("inf"), 0, False)
+    population = best.variables[None]
     evaluations = done = 0
 
     def objective(candidates: Floats, /) -> Floats:
         nonlocal evaluations
         evaluations += candidates.shape[1]
-        return problem.rms_of_rows(problem.coordinates.from_box(candidates.T))
+        return problem.rms_of_rows(coordinates.from_box(candidates.T))
 
     # scipy passes the result by name to a callback with just this argument.
     def each_generation(intermediate_result: OptimizeResult) -> None:
-        nonlocal best, done
+        nonlocal best, done, population
         done += 1
-        free = problem.coordinates.from_box(np.asarray(intermediate_result.x))
-        best = Optimum(problem.coordinates.to_free(free), float(intermediate_result.fun), evaluations, False)
+        order = np.argsort(intermediate_result.population_energies)
+        population = coordinates.to_free(coordinates.from_box(intermediate_result.population[order]))
+        best = Optimum(population[0], float(intermediate_result.fun), evaluations, False)
         progress(label, done, generations, best.rms)
         if best.rms <= enough:
             raise StopIteration
@@ -108,5 +112,16 @@ def evolve(
             updating="deferred", rng=rng, callback=each_generation,
         )
     except KeyboardInterrupt:
-        return Optimum(best.variables, best.rms, evaluations, True)
-    return Optimum(best.variables, best.rms, evaluations, False)
+        best = Optimum(best.variables, best.rms, evaluations, True)
+    return best, population
+
+
+def scattered(population: Floats, count: int) -> Floats:
+    """The first of the population (m, k), and those of its better half that lie farthest from each other."""
+    pool = population[: max(count, population.shape[0] // 2)]
+    chosen = [0]
+    distance = np.linalg.norm(pool - pool[0], axis=1)
+    while len(chosen) < min(count, pool.shape[0]):
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(pool - pool[chosen[-1]], axis=1))
+    return pool[chosen]

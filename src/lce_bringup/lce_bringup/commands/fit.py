@@ -62,9 +62,8 @@ def main(args: argparse.Namespace) -> int:
     """Fit, print what was found, write the model file or files."""
     from lce_analysis.experiment import read_runs
     from lce_analysis.fit import fit, fit_each
-    from lce_model import save_model
-
     from lce_bringup.progress import FitBar
+    from lce_model import save_model
 
     runs = read_runs(args.runs)
     model = _model(args, runs)
@@ -87,9 +86,8 @@ def main(args: argparse.Namespace) -> int:
 
 def _model(args: argparse.Namespace, runs: Sequence[Run]) -> Model:
     """The model to fit: what was asked for, less the stages that the runs say nothing of."""
-    from lce_model import LceError, default_model, load_model
-
     from lce_bringup.settings import parse_settings
+    from lce_model import LceError, default_model, load_model
 
     thermal, deformation = args.thermal, args.deformation
     if thermal != "none" and all(run.power is None for run in runs):
