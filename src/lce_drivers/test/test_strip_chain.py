@@ -123,6 +123,20 @@ def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
     assert from_stamp(warmest.header.stamp) - killed_s < 0.2
 
 
+def test_the_strip_is_silent_until_it_has_found_a_laser(bench: Graph) -> None:
+    bench.add(Simulator, sim_time=True)
+    probe = bench.probe(sim_time=True)
+    truth = bench.hear(Float64, "sim/displacement", probe)
+    bench.lockstep(5)
+    assert len(truth) == 0
+    laser = probe.advertise(Float64, "laser/power")
+    bench.lockstep(5)
+    assert len(truth) == 5
+    probe.destroy_publisher(laser)
+    bench.lockstep(5)
+    assert len(truth) == 10
+
+
 def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(bench: Graph) -> None:
     probe = bench.probe()
     bench.add(ThermalCamera)

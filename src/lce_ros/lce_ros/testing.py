@@ -116,8 +116,8 @@ class Graph:
 
     def _connected(self) -> bool:
         listeners = Counter(topic for node in self.nodes for topic in node.received)
-        talkers = Counter(topic for node in self.nodes for topic in node.published)
         publishers = [p for node in self.nodes for p in node.publishers]
+        talkers = Counter(p.topic_name for p in publishers)
         subscriptions = [s for node in self.nodes for s in node.subscriptions]
         return all(p.get_subscription_count() >= listeners[p.topic_name] for p in publishers) and all(
             s.get_publisher_count() >= talkers[s.topic_name] for s in subscriptions
