@@ -46,6 +46,8 @@ EVOLUTIONS = 3
 """Populations that the two-step strategy tries (step 3 of §5.3.2: start again where a search went astray)."""
 REFINED = 6
 """Members of each population that are refined by least squares."""
+REWEIGHTED = 3
+"""Rounds of the joint fit."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
 SEARCH_STEP_K, SEARCH_STEP_S = 0.5, 2.0
@@ -123,9 +125,7 @@ def _check(model: Model, runs: Sequence[Run]) -> None:
 class _Search:
     """The state of one identification: a model that gets better, and the start temperatures that go with it."""
 
-    def __init__(
-        self, model: Model, inputs: Sequence[RunInput], drive: Drive, progress: Progress, seed: int
-    ) -> None:
+    def __init__(self, model: Model, inputs: Sequence[RunInput], drive: Drive, progress: Progress, seed: int) -> None:
         self.model, self.inputs, self.drive, self.progress, self.seed = model, inputs, drive, progress, seed
         self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._ambient() for i in inputs])
         self.evaluations = 0
@@ -137,8 +137,10 @@ class _Search:
     def _free(self, heat: bool, deformation: bool) -> tuple[int, ...]:
         stages = {t.name: t.stage for t in self.model.terms}
         return tuple(
-            i for i, v in enumerate(self.model.values)
-            if not v.fixed and ((stages[v.term] in HEAT_STAGES) and heat or (stages[v.term] not in HEAT_STAGES) and deformation)
+            i
+            for i, v in enumerate(self.model.values)
+            if not v.fixed
+            and (((stages[v.term] in HEAT_STAGES) and heat) or ((stages[v.term] not in HEAT_STAGES) and deformation))
         )
 
     def _sigma(self, column: int) -> float | None:
@@ -268,7 +270,9 @@ class _Search:
         yield from problem.coordinates.to_free(free[np.argsort(problem.rms_of_rows(free))[:GUESSES]])
 
     def _thermal_runs(self) -> tuple[int, ...]:
-        return tuple(i for i, prepared in enumerate(self.inputs) if prepared.at_temperature and not prepared.drive_k.size)
+        return tuple(
+            i for i, prepared in enumerate(self.inputs) if prepared.at_temperature and not prepared.drive_k.size
+        )
 
     def _start_conditions(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Runs with a start temperature of their own, and runs that start at the ambient temperature."""
@@ -278,18 +282,22 @@ class _Search:
         return tuple(i for i in measured if i not in rest), rest
 
     def joint(self, thermal: Problem, deformation: Problem) -> Problem:
-        """Step 3: each output weighted by the misfit that steps 1 and 2 left."""
+        """Step 3: each output weighted by the misfit that is left, until the weights no longer change."""
         sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), TEMPERATURE)
         sigma_d = self._misfit(deformation, DISPLACEMENT)
-        problem = Problem(
-            self.model, self.inputs, self._free(heat=True, deformation=True), self.starts,
-            blocks_of(self.inputs, sigma_t, sigma_d), *self._start_conditions(),
-        )
-        if self.interrupted:
-            return problem
-        optimum = self._polish(problem, "both stages")
-        self._adopt(problem, optimum.variables)
-        return replace(problem, model=self.model, starts_k=self.starts)
+        free = self._free(heat=True, deformation=True)
+        for _ in range(REWEIGHTED):
+            blocks = blocks_of(self.inputs, sigma_t, sigma_d)
+            problem = Problem(self.model, self.inputs, free, self.starts, blocks, *self._start_conditions())
+            if self.interrupted:
+                return problem
+            self._adopt(problem, self._polish(problem, "both stages").variables)
+            problem = replace(problem, model=self.model, starts_k=self.starts)
+            before = sigma_t, sigma_d
+            sigma_t, sigma_d = self._misfit(problem, TEMPERATURE), self._misfit(problem, DISPLACEMENT)
+            if max(abs(sigma_t / before[0] - 1.0), abs(sigma_d / before[1] - 1.0)) < 0.05:
+                break
+        return problem
 
     def _misfit(self, problem: Problem, column: int) -> float:
         return max(problem.series_rms(problem.first(), column), self._sigma(column) or 0.0)
@@ -336,7 +344,9 @@ def _with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) ->
     (gain, ambient), *_ = np.linalg.lstsq(np.column_stack([rise, np.ones_like(rise)]), target)
     spec = {v.key: v for v in model.values}
     guess = {"lumped.tau": tau, "lumped.gain": gain, "ambient.t_env": ambient}
-    return model.set({k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in guess.items() if not spec[k].fixed})
+    return model.set(
+        {k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in guess.items() if not spec[k].fixed}
+    )
 
 
 def _thinned(prepared: RunInput) -> RunInput:
@@ -346,7 +356,9 @@ def _thinned(prepared: RunInput) -> RunInput:
     """
     temperature, time = prepared.drive_k, prepared.time_s
     turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(temperature))) != 0.0)
-    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(temperature)) / SEARCH_STEP_K + np.diff(time) / SEARCH_STEP_S)])
+    travelled = np.concatenate(
+        [[0.0], np.cumsum(np.abs(np.diff(temperature)) / SEARCH_STEP_K + np.diff(time) / SEARCH_STEP_S)]
+    )
     keep = np.unique(np.concatenate([np.searchsorted(travelled, np.arange(travelled[-1])), turns, [time.size - 1]]))
     if keep.size > time.size // 2:  # too noisy or too short to gain anything
         keep = np.arange(time.size)
@@ -357,9 +369,13 @@ def _thinned(prepared: RunInput) -> RunInput:
     thin = type(d)(d.time_s[nearest], d.value[nearest])
     grid = np.ascontiguousarray(time[keep])
     return replace(
-        prepared, run=replace(run, displacement=thin), time_s=grid,
-        power_w=np.ascontiguousarray(prepared.power_w[keep]), drive_k=np.ascontiguousarray(temperature[keep]),
-        at_displacement=Sampling.between(grid, thin.time_s), at_temperature=None,
+        prepared,
+        run=replace(run, displacement=thin),
+        time_s=grid,
+        power_w=np.ascontiguousarray(prepared.power_w[keep]),
+        drive_k=np.ascontiguousarray(temperature[keep]),
+        at_displacement=Sampling.between(grid, thin.time_s),
+        at_temperature=None,
     )
 
 
@@ -370,7 +386,10 @@ def _search_box(problem: Problem, inputs: Sequence[RunInput]) -> tuple[Floats, F
     values = [problem.model.values[i] for i in problem.free]
     low = np.array([max(v.lower, min(coldest - 40.0, v.upper)) if v.unit == "K" else v.lower for v in values])
     high = np.array([min(v.upper, max(hottest, v.lower)) if v.unit == "K" else v.upper for v in values])
-    low, high = np.where(low < high, low, problem.coordinates.lower), np.where(low < high, high, problem.coordinates.upper)
+    low, high = (
+        np.where(low < high, low, problem.coordinates.lower),
+        np.where(low < high, high, problem.coordinates.upper),
+    )
     return problem.coordinates.to_box(low), problem.coordinates.to_box(high)
 
 
@@ -438,6 +457,3 @@ def _record(
         "runs": entries,
         "not_determined": [] if report is None else list(report.sentences),
     }
-
-
-

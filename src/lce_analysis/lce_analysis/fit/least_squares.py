@@ -57,8 +57,15 @@ def levenberg_marquardt(
 
     try:
         least_squares(
-            residuals, start, jac=problem.jacobian, method="lm", x_scale=1.0,
-            ftol=1e-9, xtol=1e-9, gtol=1e-12, max_nfev=iterations,
+            residuals,
+            start,
+            jac=problem.jacobian,
+            method="lm",
+            x_scale=1.0,
+            ftol=1e-9,
+            xtol=1e-9,
+            gtol=1e-12,
+            max_nfev=iterations,
         )
     except KeyboardInterrupt:
         return Optimum(best.variables, best.rms, count, True)
@@ -107,9 +114,19 @@ def evolve(
         first = candidates[np.argsort(objective(candidates.T))[: POPULATION * low.size]]
         # The stubs know only objectives of one candidate; a vectorised one takes (k, m) and returns (m,).
         differential_evolution(
-            objective, Bounds(low, high), strategy="best1bin", maxiter=generations, init=first,  # type: ignore[arg-type]
-            mutation=DIFFERENTIAL_WEIGHT, recombination=CROSSOVER, tol=1e-3, polish=False, vectorized=True,
-            updating="deferred", rng=rng, callback=each_generation,
+            objective,
+            Bounds(low, high),
+            strategy="best1bin",
+            maxiter=generations,
+            init=first,  # type: ignore[arg-type]
+            mutation=DIFFERENTIAL_WEIGHT,
+            recombination=CROSSOVER,
+            tol=1e-3,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            rng=rng,
+            callback=each_generation,
         )
     except KeyboardInterrupt:
         best = Optimum(best.variables, best.rms, evaluations, True)
