@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Resolve requirements/venv.in into venv.lock beside it: `tools/lock.py` with the *oldest* supported Python.
+"""Resolve requirements/venv.in into venv.lock beside it; to be run with the *oldest* supported Python.
 
-`pip freeze` would not do: some ROS wheels bring further distributions inside them (`rclpy`, `std_msgs`, ...) whose names
-no package index has. They are told apart by having no INSTALLER record.
+`pip freeze` would not do: some ROS wheels bring further distributions inside them (`rclpy`, `std_msgs`, ...) whose
+names no package index has. They are told apart by having no INSTALLER record.
 """
 
 import argparse

