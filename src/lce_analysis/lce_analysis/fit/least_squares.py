@@ -114,11 +114,11 @@ def evolve(
         first = candidates[np.argsort(objective(candidates.T))[: POPULATION * low.size]]
         # The stubs know only objectives of one candidate; a vectorised one takes (k, m) and returns (m,).
         differential_evolution(
-            objective,
+            objective,  # type: ignore[arg-type]
             Bounds(low, high),
             strategy="best1bin",
             maxiter=generations,
-            init=first,  # type: ignore[arg-type]
+            init=first,
             mutation=DIFFERENTIAL_WEIGHT,
             recombination=CROSSOVER,
             tol=1e-3,
