@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
-SHELL := /bin/bash
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
 .PHONY: help setup build demo test lint format tables bench lock clean

@@ -3,6 +3,10 @@
 # Runs a command in the workspace's environment, whatever the calling shell has sourced: tools/env.sh lce --help
 set -eo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+if [[ ! -e $root/.venv/setup.bash || ! -e $root/install/setup.bash ]]; then
+    echo "env.sh: nothing is set up here yet; run make setup" >&2
+    exit 1
+fi
 unset PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH RMW_IMPLEMENTATION LCE_CACHE_DIR
 # shellcheck disable=SC1091
 source "$root/.venv/setup.bash"

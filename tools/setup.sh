@@ -76,7 +76,7 @@ main() {
     clean_environment
     local venv_print build_print
     venv_print=$(fingerprint "${venv_inputs[@]}")
-    if [[ $(cat "$venv_stamp" 2> /dev/null) != "$venv_print" ]] || other_python; then
+    if [[ $(cat "$venv_stamp" 2> /dev/null) != "$venv_print" || ! -x $venv/bin/python ]] || other_python; then
         make_venv
         echo "$venv_print" > "$venv_stamp"
     fi

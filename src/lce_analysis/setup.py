@@ -13,6 +13,7 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",

@@ -28,6 +28,7 @@ setup(
         ("bin", ["bin/lce"]),  # `lce` on PATH; the script of the same name under lib/ serves `ros2 run`
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
