@@ -71,8 +71,6 @@ def mend_wheels() -> int:
 
 def write_scripts() -> None:
     """The scripts that colcon and people source: all the same, since nothing lies under this prefix."""
-    if "'" in str(PREFIX) or ":" in str(PREFIX):
-        raise SystemExit(f"setup: a quote or a colon in the folder's name cannot be had: {PREFIX}")
     folders = sorted({str(PREFIX / "lib"), *map(str, SITE.glob("ros_*.libs"))})
     libraries = "\n".join(f"_lce_prepend LD_LIBRARY_PATH '{folder}'" for folder in folders)
     text = LOCAL_SETUP.format(prefix=PREFIX, clone=PREFIX.parent, libraries=libraries)

@@ -67,6 +67,7 @@ build_workspace() {
 }
 
 main() {
+    [[ $PWD =~ ^[A-Za-z0-9_./+@~,-]+$ ]] || fail "colcon's scripts cannot live in a folder with such a name: $PWD"
     if command -v flock > /dev/null; then # two calls at once: the second waits and finds all done
         exec 9< "${BASH_SOURCE[0]}"
         flock 9
