@@ -16,8 +16,8 @@ check() { # NAME COMMAND...
     fi
 }
 
-check "ruff check" ruff check .
-check "ruff format" ruff format --check --quiet .
+check "ruff check" ruff check --output-format concise .
+check "ruff format" ruff format --check --output-format concise .
 check "mypy" mypy
 check "import contract" lint-imports --no-logo
 check "hadolint" hadolint docker/Dockerfile
