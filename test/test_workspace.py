@@ -77,3 +77,11 @@ def test_every_source_file_names_its_licence() -> None:
         if file.is_file() and "__pycache__" not in file.parts:
             head = file.read_text(encoding="utf-8").splitlines()[:2]
             assert any("SPDX-License-Identifier: Apache-2.0" in line for line in head), file
+
+
+@pytest.mark.parametrize("package", [name for name in PACKAGES if name != "lce_interfaces"])
+def test_files_beside_the_modules_are_installed_too(package: str) -> None:
+    setup = (SOURCES / package / "setup.py").read_text(encoding="utf-8")
+    for file in (SOURCES / package / package).rglob("*.*"):
+        if file.is_file() and not {"__pycache__", ".ruff_cache", ".mypy_cache"} & set(file.parts):
+            assert file.suffix == ".py" or f'"*{file.suffix}"' in setup, file
