@@ -20,19 +20,20 @@ import math
 from numba.extending import register_jitable
 
 from lce_model.constants import BOLTZMANN
-from lce_model.landau import clearing_temperature, free_energy, wells
+from lce_model.landau import clearing_temperature, wells
 from lce_model.terms import Parameter, Term
 
 
 @register_jitable
 def _rates(
-    temperature: float, a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float
+    s: float, temperature: float, a0: float, b: float, c: float, f1: float, f2: float, r1: float, r2: float
 ) -> tuple[float, float]:
-    """(w13, w31) [1/K]."""
-    q2, q3 = wells(temperature, a0, b, c, t_star)
-    q2 = max(q2, 0.0)
-    barrier = free_energy(q2, temperature, a0, b, c, t_star)
-    depth = free_energy(q3, temperature, a0, b, c, t_star)
+    """(w13, w31) [1/K] at the distance ``s`` = √(T1 - T) below T1."""
+    # B² - 4 A C of (4.3) is 4 A0 C (T1 - T); at an extremum of F, (4.1) shrinks to Q³ (B/6 - C Q/4).
+    root = 2.0 * math.sqrt(a0 * c) * s
+    q2, q3 = max(b - root, 0.0) / (2.0 * c), (b + root) / (2.0 * c)
+    barrier = q2 * q2 * q2 * (b / 6.0 - 0.25 * c * q2)
+    depth = q3 * q3 * q3 * (b / 6.0 - 0.25 * c * q3)
     thermal = 1.0 / (BOLTZMANN * temperature)
     gap = q3 - q2
     w13 = (f1 + f2 * gap) * gap * math.exp(-barrier * thermal)
@@ -42,7 +43,7 @@ def _rates(
 
 @register_jitable
 def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, em: float, e1: float) -> float:
-    """Solve dx/dT = k (e - x) over ``length`` from values at its beginning, middle and end, fourth order.
+    """Solve dx/ds = k (e - x) over ``length`` from values at its beginning, middle and end, fourth order.
 
     Slow rates: a Magnus step. Fast rates: x follows e closely, and the equation is solved exactly for an e that is
     quadratic in the integrated rate.
@@ -65,19 +66,30 @@ def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, 
 
 @register_jitable
 def _within(
-    x: float, t_from: float, t_to: float,
-    a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float,
+    x: float, t_from: float, t_to: float, t1: float,
+    a0: float, b: float, c: float, f1: float, f2: float, r1: float, r2: float,
 ) -> float:
-    """x after a path that does not cross T* or T1, where the rates have corners."""
+    """x after a path below T1 that does not cross T*, where the rates have a corner.
+
+    The rates have a root of T1 - T in them, so the path is walked in s = √(T1 - T), in which they are smooth.
+    """
     if t_from == t_to:
         return x
-    f_0, r_0 = _rates(t_from, a0, b, c, t_star, f1, f2, r1, r2)
-    f_m, r_m = _rates(0.5 * (t_from + t_to), a0, b, c, t_star, f1, f2, r1, r2)
-    f_1, r_1 = _rates(t_to, a0, b, c, t_star, f1, f2, r1, r2)
-    # High barriers underflow to a rate of zero: then nothing moves, and 0/0 must not say otherwise.
-    k0, km, k1 = max(f_0 + r_0, 1e-300), max(f_m + r_m, 1e-300), max(f_1 + r_1, 1e-300)
-    e0, em, e1 = f_0 / k0, f_m / km, f_1 / k1
-    return min(max(_relax(x, abs(t_to - t_from), k0, km, k1, e0, em, e1), 0.0), 1.0)
+    s_from, s_to = math.sqrt(t1 - t_from), math.sqrt(t1 - t_to)
+    # A step that all but reaches T1 has most of its change of s there.
+    pieces = 4 if 4.0 * min(s_from, s_to) < max(s_from, s_to) else 1
+    ds = (s_to - s_from) / pieces
+    f_0, r_0 = _rates(s_from, t_from, a0, b, c, f1, f2, r1, r2)
+    for i in range(pieces):
+        s0 = s_from + i * ds
+        sm, s1 = s0 + 0.5 * ds, s0 + ds
+        f_m, r_m = _rates(sm, t1 - sm * sm, a0, b, c, f1, f2, r1, r2)
+        f_1, r_1 = _rates(s1, t1 - s1 * s1, a0, b, c, f1, f2, r1, r2)
+        # High barriers underflow to a rate of zero: then nothing moves, and 0/0 must not say otherwise.
+        k0, km, k1 = max(f_0 + r_0, 1e-300), max(f_m + r_m, 1e-300), max(f_1 + r_1, 1e-300)
+        x = _relax(x, 2.0 * abs(ds), s0 * k0, sm * km, s1 * k1, f_0 / k0, f_m / km, f_1 / k1)
+        f_0, r_0 = f_1, r_1
+    return min(max(x, 0.0), 1.0)
 
 
 @register_jitable
@@ -85,7 +97,7 @@ def _advance(
     x: float, t_from: float, t_to: float,
     a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float,
 ) -> float:
-    """x after the path t_from → t_to."""
+    """x after the path t_from → t_to, in pieces that end at T* and T1."""
     t1 = clearing_temperature(a0, b, c, t_star)
     below_from, below_to = min(t_from, t1), min(t_to, t1)
     beyond = abs(t_to - t_from) - abs(below_to - below_from)
@@ -94,9 +106,9 @@ def _advance(
     if t_to < t_from:
         x *= loss
     if (below_from - t_star) * (below_to - t_star) < 0.0:
-        x = _within(x, below_from, t_star, a0, b, c, t_star, f1, f2, r1, r2)
+        x = _within(x, below_from, t_star, t1, a0, b, c, f1, f2, r1, r2)
         below_from = t_star
-    x = _within(x, below_from, below_to, a0, b, c, t_star, f1, f2, r1, r2)
+    x = _within(x, below_from, below_to, t1, a0, b, c, f1, f2, r1, r2)
     return x * loss if t_to > t_from else x
 
 
