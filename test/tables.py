@@ -16,12 +16,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from independent_strip import CHAPTER_4, CHAPTER_5, Strip, measure, simulate, waves, write_csv
+from tqdm import tqdm
+
 from lce_analysis.experiment import Run, read_run
 from lce_analysis.fit import FitResult, fit
 from lce_analysis.predict import predict
 from lce_model import Model, default_model
 from lce_model.metrics import nrmse, rms_error, rmse_printed, smape
-from tqdm import tqdm
 
 PRINTED_41 = {30: (0.22, 0.10, 2.5), 40: (0.23, 0.10, 2.2), 50: (0.24, 0.11, 2.0)}
 PRINTED_42 = {30: (5.58, 7.70, 1.91), 40: (5.71, 7.70, 2.16), 50: (5.81, 7.68, 2.40)}
@@ -71,7 +72,9 @@ class Tables:
     def __init__(self, bar: "tqdm[None]") -> None:
         self.bar = bar
 
-    def fitted(self, deformation: str, runs: Sequence[Run], held: dict[str, tuple[float, float]] | None = None) -> FitResult:
+    def fitted(
+        self, deformation: str, runs: Sequence[Run], held: dict[str, tuple[float, float]] | None = None
+    ) -> FitResult:
         """A fit to T–λ alone, the measured temperature as the input."""
         self.bar.set_description_str(f"{deformation}, {', '.join(r.name for r in runs)}")
         result = fit(default_model("lumped", deformation).hold(held or {}), runs, "measured")
@@ -91,14 +94,22 @@ def chapter_4(tables: Tables, folder: Path) -> list[str]:
     held = {th: tables.fitted("equilibrium", [run], ranges) for th, run in second.items()}
     together = tables.fitted("equilibrium", [*first.values(), *second.values()])
     text = [
-        "## Table 4.1: equilibrium model, Amp 0.2, one parameter set a run", "",
+        "## Table 4.1: equilibrium model, Amp 0.2, one parameter set a run",
+        "",
         *_error_table(PRINTED_41, {th: errors(single[th].model, first[th]) for th in first}),
-        "## Table 4.2: its parameters", "", *_parameter_table(PRINTED_42, single),
-        "## Table 4.3: Amp 0.25, A0, B and α held to the ranges of Table 4.2", "",
+        "## Table 4.2: its parameters",
+        "",
+        *_parameter_table(PRINTED_42, single),
+        "## Table 4.3: Amp 0.25, A0, B and α held to the ranges of Table 4.2",
+        "",
         *_error_table(PRINTED_43, {th: errors(held[th].model, second[th]) for th in second}),
-        "## Table 4.4: its parameters", "", *_parameter_table(PRINTED_44, held),
-        "## One equilibrium parameter set for all five runs", "",
-        "| Amp, T_h | RMS λ % | SMAPE % | NRMSE % |", "|---|---|---|---|",
+        "## Table 4.4: its parameters",
+        "",
+        *_parameter_table(PRINTED_44, held),
+        "## One equilibrium parameter set for all five runs",
+        "",
+        "| Amp, T_h | RMS λ % | SMAPE % | NRMSE % |",
+        "|---|---|---|---|",
     ]
     for amp, runs in ((0.2, first), (0.25, second)):
         for th, run in runs.items():
@@ -140,7 +151,8 @@ def chapter_5(tables: Tables, folder: Path) -> list[str]:
         together = tables.fitted(name, list(runs.values())).model
         found[f"{name}, one set"] = {th: errors(together, run) for th, run in runs.items()}
     text = [
-        "## Table 5.1: dynamic model, Amp 0.4, one parameter set a run", "",
+        "## Table 5.1: dynamic model, Amp 0.4, one parameter set a run",
+        "",
         "| T_h s | RMSE (1/N)√Σe², 1e-3 % printed → here | SMAPE % printed → here | NRMSE % printed → here |",
         "|---|---|---|---|",
     ]
@@ -150,7 +162,9 @@ def chapter_5(tables: Tables, folder: Path) -> list[str]:
             f"| {th} | {p[0]:.1f} → {e.printed * 1e3:.1f} | {p[1]:.2f} → {e.smape:.3f} | {p[2]:.1f} → {e.nrmse:.2f} |"
         )
     text += [
-        "", "## Table 5.2: dynamic against equilibrium, and both with one parameter set for all six runs", "",
+        "",
+        "## Table 5.2: dynamic against equilibrium, and both with one parameter set for all six runs",
+        "",
         "| T_h s | printed: dynamic, equilibrium (RMSE 1e-3 %) | here, NRMSE %: dynamic | equilibrium "
         "| dynamic, one set | equilibrium, one set |",
         "|---|---|---|---|---|---|",
@@ -169,8 +183,8 @@ def _mean(values: Iterable[float]) -> float:
 
 HEAD = """# The dissertation's tables as procedures
 
-Written by `make tables`. Left of each arrow is what the dissertation prints for its own, unpublished measurements; right
-of it what the same procedure gives on the independent strip of `test/independent_strip`, a distributed simulation with
+Written by `make tables`. Left of each arrow is what the dissertation prints for its own, unpublished measurements;
+right of it what the same procedure gives on the independent strip of `test/independent_strip`, a distributed simulation with
 sensor noise (10 Hz camera, 0.06 K rms; 100 Hz distance sensor, 4 µm rms) that shares no code and no equations with the
 models. Only the order of the numbers can be compared. The models are identified from λ over the measured temperature
 (smoothed), as in the dissertation. RMSE in Tables 4.1 and 4.3 is √(Σe²/N), in Table 5.1 the printed (1/N)√Σe².

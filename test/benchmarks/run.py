@@ -32,7 +32,9 @@ def main() -> int:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description="benchmarks")
     parser.add_argument("--only", nargs="+", choices=("simulation", "start_up", "identification", "graph"))
-    parser.add_argument("--quick", action="store_true", help="one minute of the graph, 5 × the fit's time for the rival")
+    parser.add_argument(
+        "--quick", action="store_true", help="one minute of the graph, 5 × the fit's time for the rival"
+    )
     args = parser.parse_args()
     parts: dict[str, Callable[[], list[str]]] = {
         "simulation": speed.simulation,

@@ -10,19 +10,21 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import differential_evolution
+from tqdm import tqdm
+
 from lce_analysis.experiment import Run, Series
 from lce_analysis.fit import fit
 from lce_analysis.predict import predict
 from lce_model import default_model, simulate
 from lce_model.metrics import nrmse
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
-from scipy.optimize import differential_evolution
-from tqdm import tqdm
 
 Floats = NDArray[np.float64]
 BOLTZMANN = 1.380649e-23
@@ -81,7 +83,7 @@ def lsoda(time_s: Floats, power_w: Floats, rtol: float, restart: bool) -> Floats
     edges = edges if restart else np.array([0, time_s.size - 1])
     states = np.empty((2, time_s.size))
     y = states[:, 0] = np.array([AMBIENT_K, 1.0])
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges):
         held = power_w[first]
         if last > first:
             at = time_s[first : last + 1]
@@ -94,22 +96,32 @@ def lsoda(time_s: Floats, power_w: Floats, rtol: float, restart: bool) -> Floats
 
 def _displacement(t: Floats, x: Floats, branch: str, p: dict[str, Any]) -> Floats:
     alpha, reference = p["alpha"], rates(p["t_ref"], "r", p)[2]
-    return np.asarray(p["length"] * (1.0 - ((1.0 + alpha * x * rates(t, branch, p)[2]) / (1.0 + alpha * reference)) ** (1 / 3)))
+    return np.asarray(
+        p["length"] * (1.0 - ((1.0 + alpha * x * rates(t, branch, p)[2]) / (1.0 + alpha * reference)) ** (1 / 3))
+    )
 
 
 def simulation() -> list[str]:
     """Joint simulation against LSODA, both against LSODA with restarts at a tolerance of 1e-12."""
     time_s = np.arange(6000) * 0.01
-    model = default_model("lumped", "dynamic").set({"lumped.gain": GAIN, "lumped.tau": TAU_S, "ambient.t_env": AMBIENT_K})
+    model = default_model("lumped", "dynamic").set(
+        {"lumped.gain": GAIN, "lumped.tau": TAU_S, "ambient.t_env": AMBIENT_K}
+    )
     lines = [
-        "## Joint simulation P → T → d, 6 000 samples, `dynamic`", "",
-        "Errors are the largest over the range, against LSODA restarted at every change of the power, rtol 1e-12.", "",
+        "## Joint simulation P → T → d, 6 000 samples, `dynamic`",
+        "",
+        "Errors are the largest over the range, against LSODA restarted at every change of the power, rtol 1e-12.",
+        "",
         "| input | `lce_model` | error | SciPy LSODA, same equations | rtol | error | ratio of times |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, power, restart in (
         ("rectangular pulse, LSODA restarted at its edge", np.where(time_s < HEATED_S, POWER_W, 0.0), True),
-        ("pulse of (4.20) sampled at 100 Hz", np.where(time_s < 20.0, 0.4 * np.sin(np.pi / 40.0 * time_s) + 1.5, 0.0), False),
+        (
+            "pulse of (4.20) sampled at 100 Hz",
+            np.where(time_s < 20.0, 0.4 * np.sin(np.pi / 40.0 * time_s) + 1.5, 0.0),
+            False,
+        ),
     ):
         reference = lsoda(time_s, power, 1e-12, restart=True)
         scale = float(np.max(np.abs(reference)))
@@ -139,15 +151,23 @@ def start_up() -> list[str]:
 
     def kernel(cache: str) -> float:
         environment = os.environ | {"LCE_CACHE_DIR": cache}
-        out = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+        out = subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+        )
         return float(out.stdout)
 
     with tempfile.TemporaryDirectory() as cache:
         compiled = kernel(cache)
         cached = min(kernel(cache) for _ in range(5))
     return [
-        "## Start-up", "", "| | time |", "|---|---|", f"| `lce --help` | {help_s:.2f} s |",
-        f"| kernel, compiled for the first time | {compiled:.2f} s |", f"| kernel, from its cache | {cached:.2f} s |", "",
+        "## Start-up",
+        "",
+        "| | time |",
+        "|---|---|",
+        f"| `lce --help` | {help_s:.2f} s |",
+        f"| kernel, compiled for the first time | {compiled:.2f} s |",
+        f"| kernel, from its cache | {cached:.2f} s |",
+        "",
     ]
 
 
@@ -159,9 +179,13 @@ def made_run(th: float, seed: int) -> Run:
     rng = np.random.default_rng(seed)
     camera = slice(None, None, 10)
     return Run(
-        f"th{th:g}", Path("made"), f"{th:g}-{seed}", Series(time_s, power),
+        f"th{th:g}",
+        Path("made"),
+        f"{th:g}-{seed}",
+        Series(time_s, power),
         Series(time_s[camera], strip.temperature_k[camera] + 0.06 * rng.standard_normal(600)),
-        Series(time_s, strip.displacement_m + 4e-6 * rng.standard_normal(6000)), {},
+        Series(time_s, strip.displacement_m + 4e-6 * rng.standard_normal(6000)),
+        {},
     )
 
 
@@ -179,7 +203,7 @@ class PlainLoop:
     def parameters(self, u: Floats) -> dict[str, Floats]:
         """Candidates (k, m) of the unit box, logarithmic where the bounds allow it."""
         low, high = np.maximum(self.lower, 1e-3 * (self.lower == 0.0) + self.lower)[:, None], self.upper[:, None]
-        log = (high / low > 20.0)
+        log = high / low > 20.0
         p = np.where(log, low * (high / low) ** u, low + u * (high - low))
         return dict(zip((*NAMES, "alpha"), p, strict=True))
 
@@ -213,10 +237,14 @@ def identification(factor: float) -> list[str]:
     begin = time.perf_counter()
     result = fit(far, runs)
     ours_s = time.perf_counter() - begin
-    error = np.sqrt(np.mean([
-        nrmse(predict(result.model, r).displacement_at_samples_m, r.displacement.value) ** 2  # type: ignore[union-attr,arg-type]
-        for r in runs
-    ]))
+    error = np.sqrt(
+        np.mean(
+            [
+                nrmse(predict(result.model, r).displacement_at_samples_m, r.displacement.value) ** 2  # type: ignore[union-attr,arg-type]
+                for r in runs
+            ]
+        )
+    )
     loop = PlainLoop(runs)
     stop = time.perf_counter() + factor * ours_s
     best = np.inf
@@ -233,16 +261,29 @@ def identification(factor: float) -> list[str]:
         return value
 
     differential_evolution(
-        objective, [(0.0, 1.0)] * 14, strategy="best1bin", mutation=0.8, recombination=0.9, popsize=10, maxiter=100000,
-        vectorized=True, updating="deferred", polish=False, tol=0.0, rng=0,
+        objective,
+        [(0.0, 1.0)] * 14,
+        strategy="best1bin",
+        mutation=0.8,
+        recombination=0.9,
+        popsize=10,
+        maxiter=100000,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        tol=0.0,
+        rng=0,
         callback=lambda *_a, **_k: time.perf_counter() > stop,
     )
     bar.close()
     return [
-        "## Two-step identification of the dynamic model, six runs of 60 s at 100 Hz (T_h 16–21)", "",
-        "| | time | NRMSE of d reached |", "|---|---|---|",
+        "## Two-step identification of the dynamic model, six runs of 60 s at 100 Hz (T_h 16–21)",
+        "",
+        "| | time | NRMSE of d reached |",
+        "|---|---|---|",
         f"| `lce fit` (both stages, 17 parameters) | {ours_s:.1f} s | {error:.2%} |",
-        f"| SciPy differential_evolution, NumPy loop over time, population vectorised | {factor * ours_s:.0f} s (stopped) "
+        "| SciPy differential_evolution, NumPy loop over time, population vectorised "
+        f"| {factor * ours_s:.0f} s (stopped) "
         f"| {best:.2%} |",
         "",
     ]

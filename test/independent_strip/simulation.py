@@ -38,9 +38,7 @@ class Response:
     field_k: Floats
 
 
-def simulate(
-    strip: Strip, time_s: ArrayLike, power_w: ArrayLike, *, inner_step_s: float = INNER_STEP_S
-) -> Response:
+def simulate(strip: Strip, time_s: ArrayLike, power_w: ArrayLike, *, inner_step_s: float = INNER_STEP_S) -> Response:
     """Drive the strip from rest at ambient; `power_w` (n,) [W] is held between the times (n,) [s].
 
     Raises:

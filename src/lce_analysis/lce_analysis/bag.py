@@ -55,9 +55,7 @@ def read_bag(path: Path) -> Recorded:
             if message[1] != TOPICS[name]:
                 raise LceError(f"{path}: topic {message[0]} is a {message[1]}, not a {TOPICS[name]}")
             found[name].append(message)
-    return Recorded(
-        _floats(found["laser/power"]), _temperatures(found["temperature"]), _floats(found["displacement"])
-    )
+    return Recorded(_floats(found["laser/power"]), _temperatures(found["temperature"]), _floats(found["displacement"]))
 
 
 def _from_folder(path: Path) -> Iterator[Message]:

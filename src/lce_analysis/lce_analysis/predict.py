@@ -32,6 +32,7 @@ class Sampling:
 
     @classmethod
     def between(cls, grid_s: Floats, sample_s: Floats) -> "Sampling":
+        """From times (n,) of a grid to times (k,) of samples; outside the grid its ends hold."""
         index = np.clip(np.searchsorted(grid_s, sample_s, side="right") - 1, 0, grid_s.size - 2)
         weight = np.clip((sample_s - grid_s[index]) / (grid_s[index + 1] - grid_s[index]), 0.0, 1.0)
         return cls(index, weight)

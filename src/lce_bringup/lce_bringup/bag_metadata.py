@@ -28,9 +28,7 @@ class TopicCount:
     count: int
 
 
-def metadata(
-    file: str, topics: Sequence[TopicCount], start_ns: int, end_ns: int, state: str
-) -> dict[str, Any]:
+def metadata(file: str, topics: Sequence[TopicCount], start_ns: int, end_ns: int, state: str) -> dict[str, Any]:
     """The content of rosbag2_bagfile_information for one MCAP file."""
     total = sum(topic.count for topic in topics)
     starting = {"nanoseconds_since_epoch": start_ns}

@@ -70,6 +70,4 @@ def _file(name: str, suffix: str) -> Path:
         path = Path(prefix) / "share" / package / "msg" / f"{message}{suffix}"
         if path.is_file():
             return path
-    raise LceError(
-        f"message type {name} is not installed (no {package}/msg/{message}{suffix} in the ROS prefix)"
-    )
+    raise LceError(f"message type {name} is not installed (no {package}/msg/{message}{suffix} in the ROS prefix)")

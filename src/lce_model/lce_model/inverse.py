@@ -19,15 +19,16 @@ class OutOfReach(LceError):
     def __init__(self, displacement_m: float, lower_m: float, upper_m: float) -> None:
         self.lower_m, self.upper_m = lower_m, upper_m
         super().__init__(
-            f"{displacement_m * 1e3:.3f} mm is out of reach: the strip reaches {lower_m * 1e3:.3f} to {upper_m * 1e3:.3f} mm"
+            f"{displacement_m * 1e3:.3f} mm is out of reach: "
+            f"the strip reaches {lower_m * 1e3:.3f} to {upper_m * 1e3:.3f} mm"
         )
 
 
 class InverseChart:
     """Numerical chart of the major loop, read backwards.
 
-    The strip is driven from ``coldest_k`` to ``hottest_k`` and back; each branch gives a temperature for a displacement,
-    and ``middle`` the mean of the two, as the seed's feed-forward controller takes it.
+    The strip is driven from ``coldest_k`` to ``hottest_k`` and back; each branch gives a temperature for a
+    displacement, and ``middle`` the mean of the two, as the seed's feed-forward controller takes it.
 
     Attributes
     ----------
@@ -35,9 +36,7 @@ class InverseChart:
     heating_m, cooling_m : (n,) displacement on each branch of the major loop at those temperatures.
     """
 
-    def __init__(
-        self, model: Model, coldest_k: float = 290.0, hottest_k: float = 400.0, samples: int = 4401
-    ) -> None:
+    def __init__(self, model: Model, coldest_k: float = 290.0, hottest_k: float = 400.0, samples: int = 4401) -> None:
         if model.deformation == "none":
             raise LceError("an inverse chart needs a model with a deformation stage")
         if not 200.0 <= coldest_k < hottest_k <= 600.0:
@@ -51,7 +50,9 @@ class InverseChart:
 
     def reach_m(self, branch: Branch = "middle") -> tuple[float, float]:
         """Smallest and largest displacement [m] that the chart gives on ``branch``."""
-        curves = {"heating": [self.heating_m], "cooling": [self.cooling_m]}.get(branch, [self.heating_m, self.cooling_m])
+        curves = {"heating": [self.heating_m], "cooling": [self.cooling_m]}.get(
+            branch, [self.heating_m, self.cooling_m]
+        )
         return max(float(c[0]) for c in curves), min(float(c[-1]) for c in curves)
 
     def temperature_k(self, displacement_m: float, branch: Branch = "middle") -> float:
@@ -72,4 +73,7 @@ class InverseChart:
             return float(self.temperature_grid_k[0])
         i = min(i, curve.size - 1)
         share = (displacement_m - curve[i - 1]) / (curve[i] - curve[i - 1]) if curve[i] > curve[i - 1] else 1.0
-        return float(self.temperature_grid_k[i - 1] + min(share, 1.0) * (self.temperature_grid_k[i] - self.temperature_grid_k[i - 1]))
+        return float(
+            self.temperature_grid_k[i - 1]
+            + min(share, 1.0) * (self.temperature_grid_k[i] - self.temperature_grid_k[i - 1])
+        )

@@ -41,14 +41,18 @@ class Value:
                 f"[{self.parameter.lower:g}, {self.parameter.upper:g}] {self.unit}"
             )
         if not self.lower <= self.value <= self.upper:
-            raise LceError(f"{self.key}: {self.value:g} {self.unit} is outside [{self.lower:g}, {self.upper:g}] {self.unit}")
+            raise LceError(
+                f"{self.key}: {self.value:g} {self.unit} is outside [{self.lower:g}, {self.upper:g}] {self.unit}"
+            )
 
     @property
     def name(self) -> str:
+        """Name within its term."""
         return self.parameter.name
 
     @property
     def unit(self) -> str:
+        """Unit of value, bounds and standard error."""
         return self.parameter.unit
 
     @property
@@ -87,6 +91,7 @@ class Model:
 
     @property
     def parameters(self) -> tuple[Value, ...]:
+        """All values, in the order of the terms."""
         return self.values
 
     @property
@@ -135,9 +140,7 @@ class Model:
         return replace(self, values=values, fit=MappingProxyType(dict(fit)))
 
 
-def default_model(
-    thermal: str = "lumped", deformation: str = "equilibrium", effects: tuple[str, ...] = ()
-) -> Model:
+def default_model(thermal: str = "lumped", deformation: str = "equilibrium", effects: tuple[str, ...] = ()) -> Model:
     """The model with published or default values; LceError names what is known where a name is not."""
     values = tuple(
         Value(term.name, p, p.default, p.lower, p.upper, p.fixed)

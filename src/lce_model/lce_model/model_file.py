@@ -39,16 +39,20 @@ def load_model(path: str | os.PathLike[str]) -> Model:
 
 def save_model(model: Model, path: str | os.PathLike[str]) -> None:
     """Write a model file; a file that stood there is replaced in one step, never left half-written."""
-    write_atomically(Path(path), yaml.dump(_document(model), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120))
+    write_atomically(
+        Path(path), yaml.dump(_document(model), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+    )
 
 
 def write_atomically(path: Path, text: str) -> None:
     """Write a text file beside its place and move it there; LceError where the folder cannot be written."""
     try:
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8") as new:
+        with tempfile.NamedTemporaryFile(
+            "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8"
+        ) as new:
             new.write(text)
-        os.chmod(new.name, 0o644)
-        os.replace(new.name, path)
+        Path(new.name).chmod(0o644)
+        Path(new.name).replace(path)
     except OSError as error:
         raise LceError(f"{path}: cannot be written ({error.strerror})") from None
 

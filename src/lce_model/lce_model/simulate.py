@@ -93,8 +93,10 @@ class Stepper:
 
     @property
     def temperature_k(self) -> float:
+        """Temperature now [K]."""
         return float(self._state[SIGNAL_INDEX["temperature"]])
 
     @property
     def displacement_m(self) -> float:
+        """Displacement now [m], NaN where the model has no deformation stage."""
         return float(self._state[SIGNAL_INDEX["displacement"]])

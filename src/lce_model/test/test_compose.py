@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from lce_model import LceError
 from lce_model.compose import RECORDED, compile_terms
 from lce_model.library import THERMAL, terms
@@ -19,8 +20,12 @@ def constant_heating(heating: float, rate: float) -> float:
 
 
 EXTRA = Term(
-    "extra", "heat", "dT/dt + rate", (Parameter("rate", "K/s", 0.0, -1.0, 1.0, "a test", "this test"),),
-    ("heating",), constant_heating,
+    "extra",
+    "heat",
+    "dT/dt + rate",
+    (Parameter("rate", "K/s", 0.0, -1.0, 1.0, "a test", "this test"),),
+    ("heating",),
+    constant_heating,
 )
 
 
@@ -76,7 +81,9 @@ def test_a_second_process_loads_what_the_first_compiled(tmp_path: Path) -> None:
     )
     environment = os.environ | {"LCE_CACHE_DIR": str(tmp_path)}
     hits = [
-        subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True).stdout
+        subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+        ).stdout
         for _ in range(2)
     ]
     assert [h.strip() for h in hits] == ["0", "3"]

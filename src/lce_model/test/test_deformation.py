@@ -3,10 +3,11 @@
 
 import numpy as np
 import pytest
-from lce_model import Model, default_model, simulate
-from lce_model.landau import clearing_temperature
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+
+from lce_model import Model, default_model, simulate
+from lce_model.landau import clearing_temperature
 
 Floats = NDArray[np.float64]
 
@@ -109,10 +110,12 @@ def test_dynamic_solves_its_equation_as_well_as_lsoda(dynamic: Model) -> None:
             return a0 * (t - p["t_star"]) * q**2 / 2 - b * q**3 / 3 + c * q**4 / 4
 
         gap, e2, e3 = q3 - q2, energy(q2), energy(q3)
-        return np.array([
-            (f[0] * gap + f[1] * gap**2) * np.exp(-e2 / (boltzmann * t)),
-            (r[0] * q2 + r[1] * q2**2) * np.exp(-(e2 - e3) / (boltzmann * t)),
-        ])
+        return np.array(
+            [
+                (f[0] * gap + f[1] * gap**2) * np.exp(-e2 / (boltzmann * t)),
+                (r[0] * q2 + r[1] * q2**2) * np.exp(-(e2 - e3) / (boltzmann * t)),
+            ]
+        )
 
     def heating(t: float, x: Floats) -> Floats:
         w13, w31 = rates(t, p["a0_r"], p["b_r"], p["c_r"], (p["cf1_r"], 0.0), (p["cr1_r"], p["cr2_r"]))

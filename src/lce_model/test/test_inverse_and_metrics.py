@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from lce_model import KELVIN, LceError, default_model, simulate
 from lce_model.inverse import InverseChart, OutOfReach
 from lce_model.metrics import nrmse, rms_error, rmse_printed, smape

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from lce_model.landau import clearing_temperature, free_energy, wells
 
 A0, B, C_R, C_C = 5.58e-22, 7.70e-20, 7.91e-20, 6.76e-20

@@ -4,6 +4,7 @@
 from pathlib import Path
 
 import pytest
+
 from lce_model import LceError, default_model, load_model, save_model
 
 
@@ -20,7 +21,9 @@ def test_fit_record_errors_and_flags_survive(tmp_path: Path) -> None:
     model = default_model()
     first = replace(model.values[1], value=1.0 / 3.0, standard_error=2.5e-3, determined=True)
     loose = replace(model.values[2], standard_error=None, determined=False)
-    model = model.with_values((model.values[0], first, loose, *model.values[3:]), {"runs": [{"name": "a", "nrmse": 0.02}]})
+    model = model.with_values(
+        (model.values[0], first, loose, *model.values[3:]), {"runs": [{"name": "a", "nrmse": 0.02}]}
+    )
     save_model(model, tmp_path / "m.yaml")
     assert load_model(tmp_path / "m.yaml") == model
 

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from lce_model import LceError, Stepper, default_model, simulate
 
 TIME = np.arange(0.0, 60.0, 0.01)

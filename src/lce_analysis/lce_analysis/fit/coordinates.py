@@ -28,6 +28,7 @@ class Coordinates:
 
     @classmethod
     def of(cls, values: Sequence[Value]) -> "Coordinates":
+        """The coordinates of these parameters, with their bounds."""
         return cls(
             np.array([v.lower for v in values]),
             np.array([v.upper for v in values]),
@@ -49,10 +50,12 @@ class Coordinates:
         return np.where(self.logarithmic, log, np.where(self.knee > 0.0, np.arcsinh(p / self._safe_knee), p))
 
     def to_box(self, p: Floats) -> Floats:
+        """p → u."""
         low, span = self._span
         return np.asarray((self._axis(p) - low) / span)
 
     def from_box(self, u: Floats) -> Floats:
+        """u → p, never outside the bounds."""
         low, span = self._span
         axis = low + u * span
         grown = np.exp(np.where(self.logarithmic, axis, 0.0))
@@ -61,11 +64,13 @@ class Coordinates:
         return np.asarray(np.clip(p, self.lower, self.upper))
 
     def to_free(self, p: Floats) -> Floats:
+        """p → z."""
         # A start on a bound would have no slope to leave it by.
         u = np.clip(self.to_box(p), 1e-4, 1.0 - 1e-4)
         return np.asarray(np.arcsin(2.0 * u - 1.0))
 
     def from_free(self, z: Floats) -> Floats:
+        """z → p."""
         return self.from_box(0.5 * (np.sin(z) + 1.0))
 
     @property

@@ -50,6 +50,7 @@ class Problem:
 
     @cached_property
     def coordinates(self) -> Coordinates:
+        """Of the free parameters."""
         return Coordinates.of([self.model.values[i] for i in self.free])
 
     @property

@@ -49,7 +49,10 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _table(comparison: Comparison) -> str:
-    head = f"{'run':20s} {'':3s} {'RMS':>10s} {'printed RMSE':>13s} {'NRMSE':>7s} {'SMAPE':>7s} {'noise':>10s} {'× noise':>8s}"
+    head = (
+        f"{'run':20s} {'':3s} {'RMS':>10s} {'printed RMSE':>13s} {'NRMSE':>7s} {'SMAPE':>7s} "
+        f"{'noise':>10s} {'× noise':>8s}"
+    )
     lines = [head]
     for run in comparison.runs:
         for stage in run.stages:

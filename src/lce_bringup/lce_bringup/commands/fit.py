@@ -27,18 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="D",
         help="T→d model: equilibrium (default), dynamic, none",
     )
-    parser.add_argument(
-        "--effect", action="append", default=[], metavar="E", help="add an effect of the library"
-    )
-    parser.add_argument(
-        "--start", type=Path, metavar="M0.yaml", help="model file with the values to start from"
-    )
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="TERM.PARAM=V", help="start from this value"
-    )
-    parser.add_argument(
-        "--fix", action="append", default=[], metavar="TERM.PARAM", help="do not fit this parameter"
-    )
+    parser.add_argument("--effect", action="append", default=[], metavar="E", help="add an effect of the library")
+    parser.add_argument("--start", type=Path, metavar="M0.yaml", help="model file with the values to start from")
+    parser.add_argument("--set", action="append", default=[], metavar="TERM.PARAM=V", help="start from this value")
+    parser.add_argument("--fix", action="append", default=[], metavar="TERM.PARAM", help="do not fit this parameter")
     parser.add_argument(
         "--hold",
         action="append",
@@ -53,9 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what drives T→d: the fitted thermal state (default), or the measured temperature, smoothed",
     )
     parser.add_argument("--per-run", action="store_true", help="one parameter set for each run (M-RUN.yaml)")
-    parser.add_argument(
-        "--seed", type=int, default=0, help="of the random starts; the same seed, the same result"
-    )
+    parser.add_argument("--seed", type=int, default=0, help="of the random starts; the same seed, the same result")
 
 
 def main(args: argparse.Namespace) -> int:
@@ -127,8 +117,7 @@ def _summary(result: FitResult) -> str:
     lines += ["", f"{'run':24s} {'T NRMSE':>8s} {'d NRMSE':>8s}"]
     for entry in result.model.fit["runs"]:
         cells = [
-            f"{entry[k] * 100:7.2f}%" if k in entry else "       –"
-            for k in ("temperature_nrmse", "displacement_nrmse")
+            f"{entry[k] * 100:7.2f}%" if k in entry else "       –" for k in ("temperature_nrmse", "displacement_nrmse")
         ]
         lines.append(f"{entry['name']:24s} {cells[0]:>8s} {cells[1]:>8s}")
     return "\n".join(lines)

@@ -66,8 +66,17 @@ def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, 
 
 @register_jitable
 def _within(
-    x: float, t_from: float, t_to: float, t1: float,
-    a0: float, b: float, c: float, f1: float, f2: float, r1: float, r2: float,
+    x: float,
+    t_from: float,
+    t_to: float,
+    t1: float,
+    a0: float,
+    b: float,
+    c: float,
+    f1: float,
+    f2: float,
+    r1: float,
+    r2: float,
 ) -> float:
     """x after a path below T1 that does not cross T*, where the rates have a corner.
 
@@ -94,8 +103,17 @@ def _within(
 
 @register_jitable
 def _advance(
-    x: float, t_from: float, t_to: float,
-    a0: float, b: float, c: float, t_star: float, f1: float, f2: float, r1: float, r2: float,
+    x: float,
+    t_from: float,
+    t_to: float,
+    a0: float,
+    b: float,
+    c: float,
+    t_star: float,
+    f1: float,
+    f2: float,
+    r1: float,
+    r2: float,
 ) -> float:
     """x after the path t_from → t_to, in pieces that end at T* and T1."""
     t1 = clearing_temperature(a0, b, c, t_star)
@@ -122,10 +140,25 @@ def start(
 
 
 def step(
-    path_from: float, path_to: float, direction: float, order_temperature: float,
-    fraction: float, reference_order: float,
-    a0_r: float, b_r: float, c_r: float, a0_f: float, b_f: float, c_f: float, t_star: float,
-    cr1_r: float, cr2_r: float, cf1_r: float, cr1_f: float, cf1_f: float, cf2_f: float,
+    path_from: float,
+    path_to: float,
+    direction: float,
+    order_temperature: float,
+    fraction: float,
+    reference_order: float,
+    a0_r: float,
+    b_r: float,
+    c_r: float,
+    a0_f: float,
+    b_f: float,
+    c_f: float,
+    t_star: float,
+    cr1_r: float,
+    cr2_r: float,
+    cf1_r: float,
+    cr1_f: float,
+    cf1_f: float,
+    cf2_f: float,
 ) -> tuple[float, float, float]:
     """(x, Q3, Q̄0) after the temperature path of this step."""
     if direction > 0.0:
@@ -152,13 +185,27 @@ DYNAMIC = Term(
         Parameter("c_f", "J", 2.6e-20, 4e-21, 2e-19, "quartic coefficient C, cooling", _SOURCE, "log"),
         Parameter("t_star", "K", 307.0, 280.0, 400.0, "supercooling temperature T*", _SOURCE),
         Parameter("cr1_r", "1/K", 29.0, 0.0, 1e4, "nematic → isotropic, first order, heating", _SOURCE, "asinh", _KNEE),
-        Parameter("cr2_r", "1/K", 8.6e-5, 0.0, 1e4, "nematic → isotropic, second order, heating", _SOURCE, "asinh", _KNEE),
+        Parameter(
+            "cr2_r", "1/K", 8.6e-5, 0.0, 1e4, "nematic → isotropic, second order, heating", _SOURCE, "asinh", _KNEE
+        ),
         Parameter("cf1_r", "1/K", 0.7, 0.0, 1e3, "isotropic → nematic, first order, heating", _SOURCE, "asinh", _KNEE),
-        Parameter("cr1_f", "1/K", 1100.0, 0.0, 1e4, "nematic → isotropic, first order, cooling", _SOURCE, "asinh", _KNEE),
-        Parameter("cf1_f", "1/K", 5.0e-4, 0.0, 1e3, "isotropic → nematic, first order, cooling", _SOURCE, "asinh", _KNEE),
+        Parameter(
+            "cr1_f", "1/K", 1100.0, 0.0, 1e4, "nematic → isotropic, first order, cooling", _SOURCE, "asinh", _KNEE
+        ),
+        Parameter(
+            "cf1_f", "1/K", 5.0e-4, 0.0, 1e3, "isotropic → nematic, first order, cooling", _SOURCE, "asinh", _KNEE
+        ),
         Parameter("cf2_f", "1/K", 0.3, 0.0, 1e3, "isotropic → nematic, second order, cooling", _SOURCE, "asinh", _KNEE),
-        Parameter("t_ref", "K", 300.0, 250.0, 400.0, "temperature at which λ = 1 on the heating branch",
-                  "§5.4: T from 300 K", fixed=True),
+        Parameter(
+            "t_ref",
+            "K",
+            300.0,
+            250.0,
+            400.0,
+            "temperature at which λ = 1 on the heating branch",
+            "§5.4: T from 300 K",
+            fixed=True,
+        ),
     ),
     outputs=("fraction", "well_order", "reference_order"),
     start=start,

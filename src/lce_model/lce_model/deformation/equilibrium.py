@@ -17,9 +17,19 @@ from lce_model.terms import Parameter, Term
 
 
 def step(
-    order_temperature: float, direction: float,
-    a0: float, b: float, c_r: float, c_c: float, t_star_r: float, t_star_c: float,
-    a1_r: float, a3_r: float, a1_c: float, a3_c: float, q0: float,
+    order_temperature: float,
+    direction: float,
+    a0: float,
+    b: float,
+    c_r: float,
+    c_c: float,
+    t_star_r: float,
+    t_star_c: float,
+    a1_r: float,
+    a3_r: float,
+    a1_c: float,
+    a3_c: float,
+    q0: float,
 ) -> tuple[float, float, float]:
     """(x, Q3, Q̄0) at the temperature and on the branch given."""
     rising = direction > 0.0

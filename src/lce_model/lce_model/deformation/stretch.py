@@ -19,7 +19,9 @@ STRETCH = Term(
     stage="strain",
     equation="lambda = ((1 + alpha Q)/(1 + alpha Q0))^(1/3)",
     parameters=(
-        Parameter("alpha", "1", 1.91, 0.05, 50.0, "deformation coefficient α", "(4.21), Amp 0.2, T_h 30 s", scale="log"),
+        Parameter(
+            "alpha", "1", 1.91, 0.05, 50.0, "deformation coefficient α", "(4.21), Amp 0.2, T_h 30 s", scale="log"
+        ),
     ),
     outputs=("stretch",),
     step=stretch,
@@ -29,9 +31,7 @@ STRIP = Term(
     name="strip",
     stage="strain",
     equation="d = L0 (1 - lambda)",
-    parameters=(
-        Parameter("length", "m", 0.010, 0.001, 0.2, "length at rest L0", "1.0 cm, §3.2", fixed=True),
-    ),
+    parameters=(Parameter("length", "m", 0.010, 0.001, 0.2, "length at rest L0", "1.0 cm, §3.2", fixed=True),),
     outputs=("displacement",),
     step=displacement,
 )

@@ -6,9 +6,7 @@ import math
 from lce_model.terms import Parameter, Term
 
 
-def step(
-    light: float, ambient: float, heating: float, temperature: float, dt: float, gain: float, tau: float
-) -> float:
+def step(light: float, ambient: float, heating: float, temperature: float, dt: float, gain: float, tau: float) -> float:
     """Exact solution over a step with constant light: T relaxes to T_env + K·P (+ τ·heating) with τ."""
     steady = ambient + gain * light + tau * heating
     return steady + (temperature - steady) * math.exp(-dt / tau)
@@ -19,10 +17,26 @@ LUMPED = Term(
     stage="heat",
     equation="tau dT/dt = K P - (T - T_env)",
     parameters=(
-        Parameter("gain", "K/W", 30.0, 0.1, 2000.0, "steady temperature rise per laser power K",
-                  "absorbed share / (h A), h A = 1.1–2.1 mW/K for a 10 × 5 × 0.3 mm strip", scale="log"),
-        Parameter("tau", "s", 18.0, 0.1, 2000.0, "thermal time constant τ = m c / (h A)",
-                  "m c = 0.030 J/K: 14–28 s", scale="log"),
+        Parameter(
+            "gain",
+            "K/W",
+            30.0,
+            0.1,
+            2000.0,
+            "steady temperature rise per laser power K",
+            "absorbed share / (h A), h A = 1.1–2.1 mW/K for a 10 × 5 × 0.3 mm strip",
+            scale="log",
+        ),
+        Parameter(
+            "tau",
+            "s",
+            18.0,
+            0.1,
+            2000.0,
+            "thermal time constant τ = m c / (h A)",
+            "m c = 0.030 J/K: 14–28 s",
+            scale="log",
+        ),
     ),
     outputs=("temperature",),
     step=step,
