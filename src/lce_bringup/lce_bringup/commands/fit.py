@@ -113,7 +113,8 @@ def _summary(result: FitResult) -> str:
         lines.append(f"{v.key:24s} {v.value:12.6g} {v.unit:5s} {note}")
     if result.identifiability is not None:
         lines += ["", *(_strong_correlations(result))]
-        lines += [f"The data leave open: {s}." for s in result.identifiability.sentences]
+        if result.identifiability.sentences:
+            lines += ["What the data leave open:", *(f"- {s}" for s in result.identifiability.sentences)]
     lines += ["", f"{'run':24s} {'T NRMSE':>8s} {'d NRMSE':>8s}"]
     for entry in result.model.fit["runs"]:
         cells = [
