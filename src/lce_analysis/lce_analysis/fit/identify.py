@@ -21,7 +21,7 @@ import lce_model
 from lce_analysis.experiment import Run
 from lce_analysis.fit.identifiability import Identifiability, identifiability
 from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered
-from lce_analysis.fit.problem import Problem, blocks_of
+from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import (
     DISPLACEMENT,
@@ -32,7 +32,6 @@ from lce_analysis.predict import (
     measured_drive,
     predict,
     prepare,
-    starts_at,
 )
 from lce_model import LceError, Model
 from lce_model.metrics import nrmse
@@ -155,12 +154,8 @@ class _Search:
         return optimum
 
     def _adopt(self, problem: Problem, variables: Floats) -> None:
-        free, starts = problem.split(variables)
-        vector = self.model.vector
-        vector[list(problem.free)] = free
-        values = tuple(replace(v, value=float(x)) for v, x in zip(self.model.values, vector, strict=True))
-        self.model = self.model.with_values(values, {})
-        self.starts = np.array(starts, dtype=np.float64)
+        there = problem.at(variables)
+        self.model, self.starts = there.model, there.starts_k
 
     def thermal(self) -> Problem | None:
         """Step 1; the best of several time constants to start from."""
@@ -172,7 +167,7 @@ class _Search:
         best: tuple[Problem, Optimum] | None = None
         for tau in (5.0, 20.0, 80.0, 320.0) if "lumped.tau" in self.model else (None,):
             guess = self.model if tau is None else _with_thermal_guess(self.model, self.inputs, tau)
-            problem = Problem(guess, self.inputs, free, self.starts, blocks, self._thermal_runs())
+            problem = Problem(guess, self.inputs, free, self.starts, blocks, with_thermal_state(self.inputs))
             optimum = self._polish(problem, "temperature")
             if best is None or optimum.rms < best[1].rms:
                 best = problem, optimum
@@ -269,18 +264,6 @@ class _Search:
         self.progress(label, 0, 1, float("nan"))
         yield from problem.coordinates.to_free(free[np.argsort(problem.rms_of_rows(free))[:GUESSES]])
 
-    def _thermal_runs(self) -> tuple[int, ...]:
-        return tuple(
-            i for i, prepared in enumerate(self.inputs) if prepared.at_temperature and not prepared.drive_k.size
-        )
-
-    def _start_conditions(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Runs with a start temperature of their own, and runs that start at the ambient temperature."""
-        measured = self._thermal_runs()
-        ambient = self.model["ambient.t_env"]
-        rest = tuple(i for i, p in enumerate(self.inputs) if i not in measured or starts_at(p, ambient))
-        return tuple(i for i in measured if i not in rest), rest
-
     def joint(self, thermal: Problem, deformation: Problem) -> Problem:
         """Step 3: each output weighted by the misfit that is left, until the weights no longer change."""
         sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), TEMPERATURE)
@@ -288,7 +271,9 @@ class _Search:
         free = self._free(heat=True, deformation=True)
         for _ in range(REWEIGHTED):
             blocks = blocks_of(self.inputs, sigma_t, sigma_d)
-            problem = Problem(self.model, self.inputs, free, self.starts, blocks, *self._start_conditions())
+            problem = Problem(
+                self.model, self.inputs, free, self.starts, blocks, *start_conditions(self.inputs, self.model)
+            )
             if self.interrupted:
                 return problem
             self._adopt(problem, self._polish(problem, "both stages").variables)
@@ -399,8 +384,8 @@ def _uncertainty(problem: Problem) -> Identifiability:
     residual, jacobian = problem.residuals(variables), problem.jacobian(variables, central=True)
     begin = 0
     for b in problem.blocks:
-        part = slice(begin, begin + b.measured.size)
-        begin += b.measured.size
+        part = slice(begin, begin + b.size)
+        begin += b.size
         scale = float(np.sqrt(np.mean(residual[part] ** 2) * _correlation_time(residual[part])))
         jacobian[part] /= max(scale, 1e-300)
     k, c = len(problem.free), problem.coordinates

@@ -35,9 +35,12 @@ class Optimum:
 
 
 def levenberg_marquardt(
-    problem: Problem, start: Floats, label: str, progress: Progress, iterations: int = 100
+    problem: Problem, start: Floats, label: str, progress: Progress, iterations: int = 100, tolerance: float = 1e-9
 ) -> Optimum:
-    """MINPACK's Levenberg–Marquardt; a KeyboardInterrupt ends it with the best variables so far."""
+    """MINPACK's Levenberg–Marquardt; a KeyboardInterrupt ends it with the best variables so far.
+
+    It ends where the squared error and the variables change by less than ``tolerance``, relatively.
+    """
     best = Optimum(start, float("inf"), 0, False)
     count = 0
     # MINPACK may try variables far out of the way; sin makes them valid again, the start temperatures stay physical.
@@ -62,8 +65,8 @@ def levenberg_marquardt(
             jac=problem.jacobian,
             method="lm",
             x_scale=1.0,
-            ftol=1e-9,
-            xtol=1e-9,
+            ftol=tolerance,
+            xtol=tolerance,
             gtol=1e-12,
             max_nfev=iterations,
         )

@@ -4,14 +4,15 @@
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from lce_analysis.fit.coordinates import Coordinates
-from lce_analysis.predict import DISPLACEMENT, TEMPERATURE, RunInput, Sampling
+from lce_analysis.predict import DISPLACEMENT, TEMPERATURE, RunInput, Sampling, starts_at
 from lce_model import Model
 
 Floats = NDArray[np.float64]
@@ -22,13 +23,29 @@ _POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
 
 @dataclass(frozen=True)
 class Block:
-    """One measured series of one run: which output it judges, and its weight 1/σ."""
+    """One measured series of one run: which output it judges, and its weight 1/σ.
+
+    ``whitening`` (p + 1,) is the filter 1 - φ1 z⁻¹ - … of an autoregressive noise; σ is then that of the innovations,
+    and the first p samples, which have no past, do not count.
+    """
 
     run: int
     column: int
     sampling: Sampling
     measured: Floats
     weight: float
+    whitening: Floats = field(default_factory=lambda: np.ones(1))
+
+    @property
+    def size(self) -> int:
+        """Number of residuals."""
+        return self.measured.size - self.whitening.size + 1
+
+    def weighted(self, values: Floats) -> Floats:
+        """Values (…, n) at the samples → (…, size) in units of the noise, whitened."""
+        if self.whitening.size == 1:
+            return self.weight * values
+        return np.asarray(lfilter(self.weight * self.whitening, 1.0, values)[..., self.whitening.size - 1 :])
 
 
 @dataclass(frozen=True)
@@ -56,7 +73,7 @@ class Problem:
     @property
     def size(self) -> int:
         """Number of residuals."""
-        return sum(b.measured.size for b in self.blocks)
+        return sum(b.size for b in self.blocks)
 
     def first(self) -> Floats:
         """The variables at the values of the model."""
@@ -81,9 +98,28 @@ class Problem:
         rows[:, list(self.free)] = free
         return self.inputs[run].simulate(self.model, rows, np.ascontiguousarray(start_k))
 
+    def at(self, variables: Floats) -> "Problem":
+        """The same problem, its model and start temperatures those of the variables."""
+        free, starts = self.split(variables)
+        vector = self.model.vector
+        vector[list(self.free)] = free
+        values = tuple(replace(v, value=float(x)) for v, x in zip(self.model.values, vector, strict=True))
+        return replace(self, model=self.model.with_values(values, {}), starts_k=np.array(starts, dtype=np.float64))
+
+    def response(self, rows: Floats) -> Floats:
+        """Weighted outputs (m, N) for rows (m, all parameters) at the start temperatures of the problem."""
+        starts = np.broadcast_to(self.split(self.first())[1], (rows.shape[0], self.starts_k.size))
+
+        def work(i: int) -> list[Floats]:
+            return self._weighted(i, self.inputs[i].simulate(self.model, rows, np.ascontiguousarray(starts[:, i])))
+
+        return self._stack(self._each_run(work))
+
+    def _weighted(self, run: int, out: Floats) -> list[Floats]:
+        return [b.weighted(b.sampling(out[:, :, b.column])) for b in self.blocks if b.run == run]
+
     def _modelled(self, run: int, free: Floats, start_k: Floats) -> list[Floats]:
-        out = self.outputs(run, free, start_k)
-        return [b.weight * b.sampling(out[:, :, b.column]) for b in self.blocks if b.run == run]
+        return self._weighted(run, self.outputs(run, free, start_k))
 
     def _each_run(self, work: Callable[[int], list[Floats]]) -> list[list[Floats]]:
         return list(_POOL.map(work, range(len(self.inputs))))
@@ -95,7 +131,7 @@ class Problem:
 
     @cached_property
     def _target(self) -> Floats:
-        return np.concatenate([b.weight * b.measured for b in self.blocks])
+        return np.concatenate([b.weighted(b.measured) for b in self.blocks])
 
     def residuals(self, variables: Floats) -> Floats:
         """(N,) weighted model minus measurement."""
@@ -141,7 +177,7 @@ class Problem:
                 start = np.full(rows.shape[0], self.starts_k[i])
                 mine = [b for b in self.blocks if b.run == i]
                 for block, modelled in zip(mine, self._modelled(i, rows, start), strict=True):
-                    total += np.sum((modelled - block.weight * block.measured) ** 2, axis=1)
+                    total += np.sum((modelled - block.weighted(block.measured)) ** 2, axis=1)
             return np.sqrt(total / self.size)
 
         rms = np.concatenate(list(_POOL.map(work, range(0, free.shape[0], chunk))))
@@ -152,8 +188,8 @@ class Problem:
         residual = self.residuals(variables)
         total, count, begin = 0.0, 0, 0
         for b in self.blocks:
-            part = residual[begin : begin + b.measured.size] / b.weight
-            begin += b.measured.size
+            part = residual[begin : begin + b.size] / b.weight
+            begin += b.size
             if b.column == column:
                 total += float(part @ part)
                 count += part.size
@@ -176,3 +212,18 @@ def blocks_of(
             thinned = Sampling(sampling.index[::thin], sampling.weight[::thin])
             found.append(Block(i, column, thinned, series.value[::thin], 1.0 / sigma))
     return tuple(found)
+
+
+def with_thermal_state(inputs: Sequence[RunInput]) -> tuple[int, ...]:
+    """The runs whose measured temperature is predicted."""
+    return tuple(i for i, prepared in enumerate(inputs) if prepared.at_temperature and not prepared.drive_k.size)
+
+
+def start_conditions(inputs: Sequence[RunInput], model: Model) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Runs with a start temperature of their own, and runs that start at the ambient temperature."""
+    if model.thermal == "none":
+        return (), ()
+    measured = with_thermal_state(inputs)
+    ambient = model["ambient.t_env"]
+    rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, ambient))
+    return tuple(i for i in measured if i not in rest), rest
