@@ -45,7 +45,7 @@ class Block:
         """Values (…, n) at the samples → (…, size) in units of the noise, whitened."""
         if self.whitening.size == 1:
             return self.weight * values
-        return np.asarray(lfilter(self.weight * self.whitening, 1.0, values)[..., self.whitening.size - 1 :])
+        return np.asarray(lfilter(self.weight * self.whitening, np.ones(1), values)[..., self.whitening.size - 1 :])
 
 
 @dataclass(frozen=True)
