@@ -15,12 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from lce_bringup.shapes import SHAPES, Floats
 from lce_bringup.wave_file import MAX_DURATION_S, read_wave
 from lce_model.errors import LceError
-
-RATE_HZ = 100.0
-"""Samples per second of every waveform, the rate of `laser/power_command`."""
+from lce_model.waveforms import RATE_HZ, SHAPES, Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +92,10 @@ def _from_shape(text: str, kind: str, rest: str) -> Wave:
         if key in given:
             raise LceError(f"{kind}: option {key!r} is given twice")
         given[key] = shape.options[key].read(kind, key, value)
-    pieces = shape.build({k: given.get(k, option.default) for k, option in shape.options.items()})
-    total_s = sum(piece.duration_s for piece in pieces)
+    total_s = shape.duration_s(given)
     if total_s > MAX_DURATION_S:
         raise LceError(f"{text}: {total_s:g} s is longer than {MAX_DURATION_S:g} s")
-    parts = [piece.power_w(np.arange(round(piece.duration_s * RATE_HZ)) / RATE_HZ) for piece in pieces]
-    samples = np.append(np.concatenate(parts), 0.0)
+    samples = shape.power_w(given)
     name = "_".join([kind, *(f"{k}{'-'.join(f'{v:g}' for v in given[k])}" for k in given)])
     return Wave(name, text, np.arange(samples.size) / RATE_HZ, samples)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lce_bringup import protocols
-from lce_bringup.shapes import SHAPES, prbs_bits
 from lce_model.errors import LceError
+from lce_model.waveforms import SHAPES, prbs_bits
 
 
 def test_pulse_is_equation_4_20() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lce_bringup.shapes import Floats
+    from lce_model.waveforms import Floats
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

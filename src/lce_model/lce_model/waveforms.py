@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,10 @@ from numpy.typing import NDArray
 from lce_model.errors import LceError
 
 Floats = NDArray[np.float64]
+
+RATE_HZ: Final = 100.0
+"""Samples per second of every waveform, the rate of `laser/power_command`."""
+
 Values = Mapping[str, tuple[float, ...]]
 
 
@@ -59,6 +64,20 @@ class Shape:
     meaning: str
     options: Mapping[str, Option]
     build: Callable[[Values], list[Piece]]
+
+    def pieces(self, given: Values) -> list[Piece]:
+        """With the options given, and the defaults of the others."""
+        return self.build({k: given.get(k, option.default) for k, option in self.options.items()})
+
+    def duration_s(self, given: Values) -> float:
+        """Length of the waveform in s."""
+        return sum(piece.duration_s for piece in self.pieces(given))
+
+    def power_w(self, given: Values) -> Floats:
+        """Power (n,) at RATE_HZ; it ends with 0."""
+        pieces = self.pieces(given)
+        parts = [piece.power_w(np.arange(round(piece.duration_s * RATE_HZ)) / RATE_HZ) for piece in pieces]
+        return np.append(np.concatenate(parts), 0.0)
 
 
 def _hold(power_w: float, duration_s: float) -> Piece:
