@@ -21,6 +21,8 @@ Drive = Literal["model", "measured"]
 TEMPERATURE: Final = RECORDED.index("temperature")
 DISPLACEMENT: Final = RECORDED.index("displacement")
 DIRECTION: Final = RECORDED.index("direction")
+CAMERA: Final = RECORDED.index("measured_temperature")
+DISTANCE: Final = RECORDED.index("measured_displacement")
 
 
 @dataclass(frozen=True)
@@ -134,8 +136,8 @@ def measured_drive(prepared: RunInput, model: Model, start_k: float) -> RunInput
         raise LceError(f"{run.name}: no temperature was measured that could drive the deformation")
     if prepared.drive_k.size:
         return prepared
-    thermal = prepared.simulate(model, model.vector[None], np.array([start_k]))[0, :, TEMPERATURE]
-    at_samples = prepared.at_temperature(thermal)
+    out = prepared.simulate(model, model.vector[None], np.array([start_k]))[0]
+    thermal, at_samples = out[:, TEMPERATURE], prepared.at_temperature(out[:, CAMERA])
     correction = smoothed(run.temperature, at_samples) - at_samples
     drive = thermal + np.interp(prepared.time_s, run.temperature.time_s, correction)
     return _laid_out(run, prepared.time_s, prepared.power_w, drive)
@@ -186,9 +188,9 @@ def start_temperature(prepared: RunInput, model: Model) -> float:
 def _measured(prepared: RunInput) -> list[tuple[Series, Sampling, int]]:
     found: list[tuple[Series, Sampling, int]] = []
     if prepared.run.temperature is not None and prepared.at_temperature is not None and not prepared.drive_k.size:
-        found.append((prepared.run.temperature, prepared.at_temperature, TEMPERATURE))
+        found.append((prepared.run.temperature, prepared.at_temperature, CAMERA))
     if prepared.run.displacement is not None and prepared.at_displacement is not None:
-        found.append((prepared.run.displacement, prepared.at_displacement, DISPLACEMENT))
+        found.append((prepared.run.displacement, prepared.at_displacement, DISTANCE))
     return found
 
 
@@ -196,9 +198,10 @@ def _measured(prepared: RunInput) -> list[tuple[Series, Sampling, int]]:
 class Prediction:
     """A model's account of a run.
 
-    time_s, temperature_k, displacement_m, direction : (n,) on the grid of the input; NaN where a stage is missing.
-    temperature_at_samples_k, displacement_at_samples_m : at the times of the measured series, None where there is no
-    such series or no such stage.
+    time_s, temperature_k, displacement_m, direction : (n,) the strip on the grid of the input; NaN where a stage is
+    missing.
+    temperature_at_samples_k, displacement_at_samples_m : what the sensors show at the times of the measured series,
+    None where there is no such series or no such stage.
     """
 
     time_s: Floats
@@ -219,7 +222,7 @@ def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
     prepared = prepare(run, model)
     start = start_temperature(prepared, model)
     out = prepared.simulate(model, model.vector[None], np.array([start]))[0]
-    temperature = np.ascontiguousarray(out[:, TEMPERATURE])
+    temperature, camera = np.ascontiguousarray(out[:, TEMPERATURE]), out[:, CAMERA]
     if drive == "measured" and model.deformation != "none":
         prepared = measured_drive(prepared, model, start)
         out = prepared.simulate(model, model.vector[None], np.array([start]))[0]
@@ -230,9 +233,11 @@ def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
         temperature_k=temperature,
         displacement_m=displacement,
         direction=np.ascontiguousarray(out[:, DIRECTION]),
-        temperature_at_samples_k=prepared.at_temperature(temperature) if prepared.at_temperature and thermal else None,
+        temperature_at_samples_k=prepared.at_temperature(camera) if prepared.at_temperature and thermal else None,
         displacement_at_samples_m=(
-            prepared.at_displacement(displacement) if prepared.at_displacement and model.deformation != "none" else None
+            prepared.at_displacement(out[:, DISTANCE])
+            if prepared.at_displacement and model.deformation != "none"
+            else None
         ),
         start_temperature_k=start,
     )

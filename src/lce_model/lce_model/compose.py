@@ -34,7 +34,14 @@ AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
 }
 """What a signal is before the terms of a stage have their say."""
 
-RECORDED: Final[tuple[str, ...]] = ("temperature", "displacement", "order", "direction")
+RECORDED: Final[tuple[str, ...]] = (
+    "temperature",
+    "displacement",
+    "order",
+    "direction",
+    "measured_temperature",
+    "measured_displacement",
+)
 """The signals that a simulation returns, in the order of their columns."""
 
 

@@ -7,6 +7,7 @@ from lce_model.deformation.branch import BRANCH
 from lce_model.deformation.dynamic import DYNAMIC
 from lce_model.deformation.equilibrium import EQUILIBRIUM
 from lce_model.deformation.stretch import STRETCH, STRIP
+from lce_model.effects import find
 from lce_model.errors import LceError
 from lce_model.surroundings import AMBIENT
 from lce_model.terms import STAGES, Term
@@ -29,8 +30,6 @@ PUBLISHED: Final[dict[str, dict[str, float]]] = {
 """Where a deformation model was published with other values than the defaults of the terms that it shares: (5.10),
 and a gain that takes the strip to the 390 K of §5.4."""
 
-EFFECTS: Final[dict[str, Term]] = {}
-
 
 def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tuple[Term, ...]:
     """The model as a tuple of terms in the order of evaluation.
@@ -43,12 +42,8 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
             raise LceError(f"{kind}: unknown model {name!r}; one of {', '.join(known)}")
     if thermal == deformation == "none":
         raise LceError("a model needs a thermal or a deformation stage, not none of both")
-    for effect in effects:
-        if effect not in EFFECTS:
-            known_effects = ", ".join(EFFECTS) or "none is in the library yet"
-            raise LceError(f"effects: unknown effect {effect!r}; known: {known_effects}")
     base = THERMAL[thermal] + DEFORMATION[deformation]
-    added = tuple(EFFECTS[effect] for effect in effects)
+    added = tuple(find(effect) for effect in effects)
     ordered: list[Term] = []
     for stage in STAGES:
         own = [t for t in base if t.stage == stage]

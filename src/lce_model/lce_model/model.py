@@ -135,6 +135,24 @@ class Model:
         values = tuple(replace(v, fixed=True) if i in fixed else v for i, v in enumerate(self.values))
         return replace(self, values=values)
 
+    def add(self, effect: str) -> "Model":
+        """A copy with one more effect, at its null value; LceError where it is there already."""
+        if effect in self.effects:
+            raise LceError(f"the model has {effect} already")
+        return self._carried(default_model(self.thermal, self.deformation, (*self.effects, effect)))
+
+    def without(self, effect: str) -> "Model":
+        """A copy without an effect."""
+        if effect not in self.effects:
+            raise LceError(f"the model has no effect {effect}; it has {', '.join(self.effects) or 'none'}")
+        kept = tuple(e for e in self.effects if e != effect)
+        return self._carried(default_model(self.thermal, self.deformation, kept))
+
+    def _carried(self, other: "Model") -> "Model":
+        """The other model, with the values of this one where they have a parameter in common."""
+        own = {v.key: v for v in self.values}
+        return replace(other, values=tuple(own.get(v.key, v) for v in other.values))
+
     def with_values(self, values: tuple[Value, ...], fit: Mapping[str, Any]) -> "Model":
         """A copy with new values and the record of the fit that gave them."""
         return replace(self, values=values, fit=MappingProxyType(dict(fit)))

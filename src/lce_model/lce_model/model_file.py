@@ -12,7 +12,6 @@ from typing import Any, Final
 import yaml
 
 from lce_model.errors import LceError
-from lce_model.library import EFFECTS
 from lce_model.model import Model, Value, default_model
 
 FORMAT: Final = "lce-model-1"
@@ -125,7 +124,7 @@ def _model(content: dict[str, Any]) -> Model:
         raise LceError(f"format: {content.get('format')!r} is not {FORMAT!r}")
     effects = content.get("effects") or []
     if not isinstance(effects, list) or not all(isinstance(e, str) for e in effects):
-        raise LceError(f"effects: {effects!r} is not a list of names; known: {', '.join(EFFECTS) or 'none'}")
+        raise LceError(f"effects: {effects!r} is not a list of names")
     model = default_model(str(content.get("thermal", "none")), str(content.get("deformation", "none")), tuple(effects))
     given = _mapping(content.get("parameters") or {}, "parameters")
     _only(given, dict.fromkeys(v.term for v in model.values), "parameters")

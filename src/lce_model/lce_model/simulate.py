@@ -17,7 +17,7 @@ NO_DRIVE: Floats = np.empty(0)
 class Trajectory:
     """A simulated run, all arrays of shape (n,); NaN where the model has no such stage.
 
-    direction is +1 on the heating branch and -1 on the cooling branch.
+    direction is +1 on the heating branch and -1 on the cooling branch; measured_* is what sensors without noise show.
     """
 
     time_s: Floats
@@ -25,6 +25,8 @@ class Trajectory:
     displacement_m: Floats
     order: Floats
     direction: Floats
+    measured_temperature_k: Floats
+    measured_displacement_m: Floats
 
 
 def _checked_time(time_s: ArrayLike) -> Floats:

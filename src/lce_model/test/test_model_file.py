@@ -45,7 +45,7 @@ def test_a_number_as_people_write_it_is_a_number(tmp_path: Path) -> None:
         ("value: 18.0", "value: fast", r"m\.yaml: parameters\.lumped\.tau\.value: 'fast' is not a number"),
         ("value: 18.0", "value: .nan", r"parameters\.lumped\.tau\.value: nan is not a finite number"),
         ("bounds: [0.1, 2000.0]}", "bounds: [0.1]}", r"bounds: \[0\.1\] is not \[lower, upper\]"),
-        ("effects: []", "effects: [creeep]", r"m\.yaml: effects: unknown effect 'creeep'"),
+        ("effects: []", "effects: [creeep]", r"m\.yaml: unknown effect 'creeep'"),
         ("format: lce-model-1", "format: 7", r"m\.yaml: format: 7 is not 'lce-model-1'"),
         ("deformation: equilibrium", "colour: red", r"m\.yaml: the file: unknown key 'colour'"),
         ("parameters:", "parameters: [", r"m\.yaml, line \d+: not a YAML file"),

@@ -24,7 +24,8 @@ from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, l
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import (
-    DISPLACEMENT,
+    CAMERA,
+    DISTANCE,
     TEMPERATURE,
     Drive,
     RunInput,
@@ -144,7 +145,7 @@ class _Search:
 
     def _sigma(self, column: int) -> float | None:
         """RMS noise of one output over all runs, None where it was not measured."""
-        series = [i.run.temperature if column == TEMPERATURE else i.run.displacement for i in self.inputs]
+        series = [i.run.temperature if column == CAMERA else i.run.displacement for i in self.inputs]
         floors = [noise_floor(s) for s in series if s is not None]
         return float(np.sqrt(np.mean(np.square(floors)))) if floors else None
 
@@ -159,7 +160,7 @@ class _Search:
 
     def thermal(self) -> Problem | None:
         """Step 1; the best of several time constants to start from."""
-        sigma = self._sigma(TEMPERATURE)
+        sigma = self._sigma(CAMERA)
         free = self._free(heat=True, deformation=False)
         blocks = blocks_of(self.inputs, sigma, None)
         if self.model.thermal == "none" or not blocks or not free:
@@ -194,7 +195,7 @@ class _Search:
 
     def deformation(self) -> Problem | None:
         """Step 2, on a coarse grid."""
-        sigma = self._sigma(DISPLACEMENT)
+        sigma = self._sigma(DISTANCE)
         free = self._free(heat=False, deformation=True)
         if self.model.deformation == "none" or sigma is None or not free:
             return None
@@ -266,8 +267,8 @@ class _Search:
 
     def joint(self, thermal: Problem, deformation: Problem) -> Problem:
         """Step 3: each output weighted by the misfit that is left, until the weights no longer change."""
-        sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), TEMPERATURE)
-        sigma_d = self._misfit(deformation, DISPLACEMENT)
+        sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), CAMERA)
+        sigma_d = self._misfit(deformation, DISTANCE)
         free = self._free(heat=True, deformation=True)
         for _ in range(REWEIGHTED):
             blocks = blocks_of(self.inputs, sigma_t, sigma_d)
@@ -279,7 +280,7 @@ class _Search:
             self._adopt(problem, self._polish(problem, "both stages").variables)
             problem = replace(problem, model=self.model, starts_k=self.starts)
             before = sigma_t, sigma_d
-            sigma_t, sigma_d = self._misfit(problem, TEMPERATURE), self._misfit(problem, DISPLACEMENT)
+            sigma_t, sigma_d = self._misfit(problem, CAMERA), self._misfit(problem, DISTANCE)
             if max(abs(sigma_t / before[0] - 1.0), abs(sigma_d / before[1] - 1.0)) < 0.05:
                 break
         return problem
@@ -306,12 +307,24 @@ class _Search:
             problem = replace(thermal, model=self.model, starts_k=self.starts)
         else:
             raise LceError("none of the runs holds a series that this model predicts")
-        report = None if self.interrupted else _uncertainty(problem)
-        values = _annotated(self.model, problem, report)
-        record = _record(self.model, [i.run for i in self.inputs], self.starts, self.drive, report, self.interrupted)
-        return FitResult(
-            self.model.with_values(values, record), self.starts, report, self.evaluations, self.interrupted
-        )
+        problem = replace(problem, model=self.model)
+        runs = [i.run for i in self.inputs]
+        return concluded(problem, runs, self.starts, self.drive, self.evaluations, self.interrupted)
+
+
+def concluded(
+    problem: Problem,
+    runs: Sequence[Run],
+    starts_k: Floats,
+    drive: Drive = "model",
+    evaluations: int = 0,
+    interrupted: bool = False,
+) -> FitResult:
+    """The model of a problem that stands at its least squares, with standard errors and the record of the fit."""
+    report = None if interrupted else _uncertainty(problem)
+    values = _annotated(problem.model, problem, report)
+    record = _record(problem.model, runs, starts_k, drive, report, interrupted)
+    return FitResult(problem.model.with_values(values, record), starts_k, report, evaluations, interrupted)
 
 
 def _with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) -> Model:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from lce_analysis.fit.coordinates import Coordinates
-from lce_analysis.predict import DISPLACEMENT, TEMPERATURE, RunInput, Sampling, starts_at
+from lce_analysis.predict import CAMERA, DISTANCE, RunInput, Sampling, starts_at
 from lce_model import Model
 
 Floats = NDArray[np.float64]
@@ -203,10 +203,10 @@ def blocks_of(
     found = []
     for i, prepared in enumerate(inputs):
         for series, sampling, column, sigma in (
-            (prepared.run.temperature, prepared.at_temperature, TEMPERATURE, temperature_sigma),
-            (prepared.run.displacement, prepared.at_displacement, DISPLACEMENT, displacement_sigma),
+            (prepared.run.temperature, prepared.at_temperature, CAMERA, temperature_sigma),
+            (prepared.run.displacement, prepared.at_displacement, DISTANCE, displacement_sigma),
         ):
-            driven = column == TEMPERATURE and prepared.drive_k.size
+            driven = column == CAMERA and prepared.drive_k.size
             if series is None or sampling is None or sigma is None or driven:
                 continue
             thinned = Sampling(sampling.index[::thin], sampling.weight[::thin])

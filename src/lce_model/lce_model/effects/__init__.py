@@ -1,2 +1,122 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The library of candidate physical effects: each one a term in a file of its own, found here by its name."""
+"""The library of candidate physical effects: each one a term in a file of its own, found here by its name.
+
+A file of this folder, or one of the user's, defines ``EFFECT = Effect(...)`` and nothing else has to be edited.
+"""
+
+import importlib
+import importlib.util
+import pkgutil
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+from lce_model.errors import LceError
+from lce_model.terms import Parameter, Term
+
+SMALL = 1e-4
+"""Part of the range of a strength by which the effect of a smooth one is measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect(Term):
+    """A term that may be missing: with its strength at the null value the model is the one without it, exactly.
+
+    Attributes
+    ----------
+    strength : name of the parameter that turns it on.
+    null : its value at which nothing changes.
+    typical : a value at which the effect can be seen.
+    grid : for each other parameter that the diagnosis has to try out, its values.
+    nudges : changes of the strength by which the diagnosis measures the effect. Empty for a smooth effect; finite for
+        one without a derivative at its null value, such as backlash.
+    path : of the file, for an effect of the user's own.
+    """
+
+    strength: str
+    null: float = 0.0
+    typical: float
+    grid: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    nudges: tuple[float, ...] = ()
+    path: str = ""
+
+    def __post_init__(self) -> None:
+        # super() does not work in a dataclass with slots.
+        Term.__post_init__(self)
+        names = [p.name for p in self.parameters]
+        for name in (self.strength, *(key for key, _ in self.grid)):
+            if name not in names:
+                raise LceError(f"effect {self.name}: no parameter {name!r}; it has {', '.join(names)}")
+        for value in (self.null, self.typical):
+            self.parameter(self.strength).check(value)
+        for name, values in self.grid:
+            for value in values:
+                self.parameter(name).check(value)
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of that name."""
+        return next(p for p in self.parameters if p.name == name)
+
+    @property
+    def reference(self) -> str:
+        """What a model file lists it by: its name, or the path of the user's file."""
+        return self.path or self.name
+
+    @property
+    def strength_key(self) -> str:
+        """TERM.PARAM of the strength."""
+        return f"{self.name}.{self.strength}"
+
+    @property
+    def one_sided(self) -> bool:
+        """Is the null value the end of the strength's range?"""
+        return self.parameter(self.strength).lower >= self.null
+
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """The nudges, or the small one of a smooth effect."""
+        return self.nudges or (SMALL * (self.parameter(self.strength).upper - self.null),)
+
+
+@cache
+def library() -> dict[str, Effect]:
+    """All effects that come with the package, by name."""
+    names = sorted(m.name for m in pkgutil.iter_modules(__path__))
+    found = [_effect_of(importlib.import_module(f"{__name__}.{name}"), name) for name in names]
+    return {effect.name: effect for effect in found}
+
+
+def find(name: str) -> Effect:
+    """An effect of the library by name, or the user's own by the path of its file (``*.py``).
+
+    LceError names what is known, or what is missing in the file.
+    """
+    if name.endswith(".py"):
+        return _from_file(Path(name).resolve())
+    if name not in library():
+        raise LceError(f"unknown effect {name!r}; known: {', '.join(library())}, or a file of yours, ./my_effect.py")
+    return library()[name]
+
+
+@cache
+def _from_file(path: Path) -> Effect:
+    spec = importlib.util.spec_from_file_location(f"lce_effect_{path.stem}", path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise LceError(f"{path}: no such effect file")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except LceError as error:
+        raise LceError(f"{path}: {error}") from None
+    # Whatever a user's file does wrong is told as one line with its place.
+    except Exception as error:  # noqa: BLE001
+        raise LceError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
+    return replace(_effect_of(module, str(path)), path=str(path))
+
+
+def _effect_of(module: ModuleType, where: str) -> Effect:
+    effect = getattr(module, "EFFECT", None)
+    if not isinstance(effect, Effect):
+        raise LceError(f"{where}: defines no EFFECT = Effect(...)")
+    return effect
