@@ -43,7 +43,7 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     if thermal == deformation == "none":
         raise LceError("a model needs a thermal or a deformation stage, not none of both")
     base = THERMAL[thermal] + DEFORMATION[deformation]
-    added = tuple(find(effect) for effect in effects)
+    added: tuple[Term, ...] = tuple(find(effect) for effect in effects)
     ordered: list[Term] = []
     for stage in STAGES:
         own = [t for t in base if t.stage == stage]

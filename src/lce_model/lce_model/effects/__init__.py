@@ -110,7 +110,7 @@ def _from_file(path: Path) -> Effect:
     except LceError as error:
         raise LceError(f"{path}: {error}") from None
     # Whatever a user's file does wrong is told as one line with its place.
-    except Exception as error:  # noqa: BLE001
+    except Exception as error:
         raise LceError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
     return replace(_effect_of(module, str(path)), path=str(path))
 
