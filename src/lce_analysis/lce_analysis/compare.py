@@ -1,28 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a model fails: model and measurement sample by sample, measures of the misfit, and where it sits."""
+"""Where a model fails: model and measurement sample by sample, measures of the misfit, and where it sits.
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+Everything a page draws is here as plain arrays; nothing here draws.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate
 
 from lce_analysis.experiment import Run, Series
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import Drive, Prediction, predict
-from lce_analysis.regimes import Regime, Share, by_cycle, regime, shares, where_most
+from lce_analysis.regimes import ErrorShares, Regime, error_shares, regime
+from lce_analysis.residuals import (
+    Correlation,
+    Profile,
+    ResidualMap,
+    autocorrelation,
+    cross_correlation,
+    profile,
+    residual_map,
+)
 from lce_model import KELVIN, LceError, Model
 from lce_model.metrics import nrmse, rms_error, rmse_printed, smape
 
 Floats = NDArray[np.float64]
 Quantity = Literal["temperature", "displacement"]
 
-UNITS: Final = {"temperature": "°C", "displacement": "m"}
+QUANTITIES: Final[tuple[Quantity, ...]] = ("temperature", "displacement")
 AT_NOISE: Final = 0.05
 """A residual above the noise by no more than this share, and what so few samples leave uncertain, is noise."""
-LAGS: Final = 200
+EVEN: Final = 1.4
+"""The smallest stretch with half of the error has fewer than so many times its share of the samples: spread evenly."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +58,12 @@ class Metrics:
 
 
 @dataclass(frozen=True)
-class Correlation:
-    """Correlation of the residual with itself or with the input, at lags (s); inside ±band it is chance."""
-
-    lag_s: Floats
-    value: Floats
-    band: float
-
-
-@dataclass(frozen=True)
 class Stage:
-    """One measured series of a run beside the model: °C or m, all (n,)."""
+    """One measured series of a run beside the model: °C or m, all (n,).
+
+    input_correlation is with what drives the stage: the power for the temperature, the temperature for the
+    displacement. profiles are over "temperature" [°C], "rate" [K/s] and "power" [W].
+    """
 
     quantity: Quantity
     time_s: Floats
@@ -66,6 +73,8 @@ class Stage:
     metrics: Metrics
     autocorrelation: Correlation
     input_correlation: Correlation
+    profiles: Mapping[str, Profile]
+    map: ResidualMap
 
     @property
     def residual(self) -> Floats:
@@ -86,39 +95,38 @@ class RunComparison:
     prediction: Prediction
     stages: tuple[Stage, ...]
 
+    def stage(self, quantity: Quantity) -> Stage | None:
+        """The stage of one quantity, None where it was not measured or is not modelled."""
+        return next((s for s in self.stages if s.quantity == quantity), None)
+
 
 @dataclass(frozen=True)
 class Comparison:
-    """A model beside runs: misfit by run and stage, shares of the squared error by regime, and it in words."""
+    """A model beside runs: misfit by run and stage, shares of the squared error by regime, and it in words.
+
+    shares and sentences have one for each quantity, that with the largest residual in units of its noise first.
+    """
 
     model: Model
+    drive: Drive
     runs: tuple[RunComparison, ...]
-    shares: dict[Quantity, tuple[Share, ...]]
-    cycle_shares: dict[Quantity, dict[int, float]]
-    run_shares: dict[Quantity, dict[str, float]]
+    shares: Mapping[Quantity, ErrorShares]
     sentences: tuple[str, ...]
 
 
 def compare(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Comparison:
     """Compare the model with every series of every run that it predicts; LceError where there is none."""
     compared = tuple(_run(model, run, drive) for run in runs)
-    quantities: list[Quantity] = [
-        q for q in ("temperature", "displacement") if any(s.quantity == q for c in compared for s in c.stages)
-    ]
-    if not quantities:
+    stages: dict[Quantity, list[tuple[str, Stage]]] = {
+        q: [(c.run.name, stage) for c in compared if (stage := c.stage(q)) is not None] for q in QUANTITIES
+    }
+    if not any(stages.values()):
         raise LceError("none of the runs holds a series that this model predicts")
-    found: dict[Quantity, tuple[Share, ...]] = {}
-    cycles: dict[Quantity, dict[int, float]] = {}
-    per_run: dict[Quantity, dict[str, float]] = {}
-    for q in quantities:
-        members = [(c.run.name, s) for c in compared for s in c.stages if s.quantity == q]
-        regimes, residuals = [s.regime for _, s in members], [s.residual for _, s in members]
-        found[q] = shares(regimes, residuals)
-        cycles[q] = dict(by_cycle(regimes, residuals))
-        total = sum(float(r @ r) for r in residuals) or 1.0
-        per_run[q] = {name: float(s.residual @ s.residual) / total for name, s in members}
-    sentences = tuple(_sentence(q, [s for c in compared for s in c.stages if s.quantity == q], found[q]) for q in quantities)
-    return Comparison(model, compared, found, cycles, per_run, sentences)
+    worst_first = sorted(
+        (q for q in stages if stages[q]), key=lambda q: max(s.metrics.over_noise for _, s in stages[q]), reverse=True
+    )
+    found = {q: error_shares([(name, s.regime, s.residual) for name, s in stages[q]]) for q in worst_first}
+    return Comparison(model, drive, compared, found, tuple(_sentence(q, stages[q], found[q]) for q in worst_first))
 
 
 def _run(model: Model, run: Run, drive: Drive) -> RunComparison:
@@ -127,93 +135,138 @@ def _run(model: Model, run: Run, drive: Drive) -> RunComparison:
     if run.power is not None:
         held = np.searchsorted(run.power.time_s, prediction.time_s + 1e-9, side="right") - 1
         power = run.power.value[np.maximum(held, 0)]
-    length = model["strip.length"] if "strip.length" in model else None
+    course = regime(prediction.time_s, prediction.temperature_k, power)
+    modelled = prediction.temperature_at_samples_k, prediction.displacement_at_samples_m
     stages = []
-    for quantity, series, modelled in (
-        ("temperature", run.temperature, prediction.temperature_at_samples_k),
-        ("displacement", run.displacement, prediction.displacement_at_samples_m),
-    ):
-        if series is not None and modelled is not None:
-            stages.append(_stage(quantity, series, modelled, prediction, power, length))  # type: ignore[arg-type]
+    for quantity, series, model_says in zip(QUANTITIES, (run.temperature, run.displacement), modelled, strict=True):
+        if series is not None and model_says is not None:
+            try:
+                stages.append(_stage(model, quantity, series, model_says, course))
+            except LceError as error:
+                raise LceError(f"{run.name}: {quantity}: {error}") from None
     return RunComparison(run, prediction, tuple(stages))
 
 
-def _stage(
-    quantity: Quantity, series: Series, modelled: Floats, prediction: Prediction, power_w: Floats, length_m: float | None
-) -> Stage:
+def _stage(model: Model, quantity: Quantity, series: Series, modelled: Floats, course: Regime) -> Stage:
     offset = KELVIN if quantity == "temperature" else 0.0
     measured, modelled = series.value - offset, modelled - offset
-    as_lambda = length_m if quantity == "displacement" else None
-    metrics = Metrics(
-        rms=rms_error(modelled, measured),
-        rmse_printed=rmse_printed(modelled, measured),
-        nrmse=nrmse(modelled, measured),
-        smape=smape(1.0 - modelled / as_lambda, 1.0 - measured / as_lambda) if as_lambda else smape(modelled, measured),
-        noise=noise_floor(series),
-    )
-    here = regime(prediction.time_s, prediction.temperature_k, power_w, series.time_s)
-    step = float(np.median(np.diff(series.time_s)))
     residual = measured - modelled
+    here = course.at(series.time_s)
+    step = float(np.median(np.diff(series.time_s)))
+    drive = here.power_w if quantity == "temperature" else here.temperature_c
     return Stage(
-        quantity, series.time_s, measured, modelled, here, metrics,
-        _correlation(residual, residual, step), _correlation(residual, here.power_w, step),
+        quantity,
+        series.time_s,
+        measured,
+        modelled,
+        here,
+        _metrics(model, quantity, measured, modelled, noise_floor(series)),
+        autocorrelation(residual, step),
+        cross_correlation(residual, drive, step),
+        {
+            name: profile(values, here.heating, residual)
+            for name, values in (("temperature", here.temperature_c), ("rate", here.rate_k_s), ("power", here.power_w))
+        },
+        residual_map(here, residual),
     )
 
 
-def _correlation(a: Floats, b: Floats, step_s: float) -> Correlation:
-    """Correlation coefficient of a with b earlier by each lag."""
-    a, b = a - a.mean(), b - b.mean()
-    n, lags = a.size, min(LAGS, a.size - 1)
-    scale = float(np.sqrt((a @ a) * (b @ b))) or 1.0
-    value = np.asarray(correlate(a, b, mode="full", method="fft")[n - 1 : n + lags] / scale, dtype=np.float64)
-    return Correlation(np.arange(lags + 1, dtype=np.float64) * step_s, value, 1.96 / float(np.sqrt(n)))
+def _metrics(model: Model, quantity: Quantity, measured: Floats, modelled: Floats, noise: float) -> Metrics:
+    ratio = smape(modelled, measured)
+    if quantity == "displacement" and "strip.length" in model:
+        length = model["strip.length"]
+        ratio = smape(1.0 - modelled / length, 1.0 - measured / length)
+    return Metrics(
+        rms_error(modelled, measured), rmse_printed(modelled, measured), nrmse(modelled, measured), ratio, noise
+    )
 
 
-def _sentence(quantity: Quantity, stages: Sequence[Stage], found: Sequence[Share]) -> str:
-    name, symbol = ("temperature", "T") if quantity == "temperature" else ("displacement", "d")
-    worst = max(s.metrics.over_noise for s in stages)
-    if all(s.at_noise for s in stages):
-        return f"The model explains the {name} down to the sensor noise ({_amount(quantity, stages[0].metrics.noise)} rms)."
-    branch, low, high, share = where_most(found)
+def _sentence(quantity: Quantity, stages: Sequence[tuple[str, Stage]], found: ErrorShares) -> str:
+    symbol = "T" if quantity == "temperature" else "d"
+    name, worst = max(stages, key=lambda item: item[1].metrics.over_noise)
+    if all(s.at_noise for _, s in stages):
+        noise = _amount(quantity, worst.metrics.noise)
+        return f"The model explains the {quantity} down to the sensor noise ({noise} rms)."
+    worst_run = f"at worst (run {name})" if len(stages) > 1 else "in all"
+    rms, over = _amount(quantity, worst.metrics.rms), worst.metrics.over_noise
+    size = f"{worst_run} the residual is {rms} rms, {over:.3g} × the noise"
+    most = found.most
+    if most.error_share < EVEN * most.sample_share:
+        return f"The squared error of {symbol} is spread evenly over temperatures, branches, holds and ramps; {size}."
+    branch = "both branches" if most.branch is None else f"the {most.branch} branch"
+    held = {None: "", True: ", while the temperature is held,", False: ", while it ramps,"}[most.held]
     return (
-        f"{share:.0%} of the squared error of {symbol} sits on the {branch} branch between {low:.0f} and {high:.0f} °C; "
-        f"the residual is up to {worst:.1f} × the sensor noise."
+        f"{most.error_share:.0%} of the squared error of {symbol} sits on {branch}{held} between {most.lower_c:.0f} "
+        f"and {most.upper_c:.0f} °C, in {most.sample_share:.0%} of the samples{_one_run(found)}; {size}."
     )
+
+
+def _one_run(found: ErrorShares) -> str:
+    """Words for a run that holds most of the error, and more of it than its share."""
+    name, share = max(found.runs.items(), key=lambda item: item[1].error_share)
+    much = len(found.runs) > 1 and share.error_share > max(0.5, EVEN * share.sample_share)
+    return f"; run {name} alone holds {share.error_share:.0%} of it" if much else ""
 
 
 def _amount(quantity: Quantity, value: float) -> str:
-    return f"{value:.2g} K" if quantity == "temperature" else f"{value * 1e6:.2g} µm"
+    return f"{value:.2g} K" if quantity == "temperature" else f"{value * 1e6:.3g} µm"
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """Plain numbers for a JSON file: SI and °C, every key always present, null where a stage was not compared."""
+    """Plain numbers for a JSON file: SI and °C, every key always present, null where there is nothing.
+
+    Series and correlations are lists rounded to six digits.
+    """
     return {
         "model": {
             "thermal": comparison.model.thermal,
             "deformation": comparison.model.deformation,
             "effects": list(comparison.model.effects),
         },
+        "drive": comparison.drive,
         "sentences": list(comparison.sentences),
         "runs": [
-            {"name": c.run.name, "sha256": c.run.sha256}
-            | {q: next((_metrics(s) for s in c.stages if s.quantity == q), None) for q in UNITS}
+            {"name": c.run.name, "sha256": c.run.sha256} | {q: _stage_json(c.stage(q)) for q in QUANTITIES}
             for c in comparison.runs
         ],
         "error_shares": {
-            q: {
-                "regimes": [vars(s) for s in comparison.shares.get(q, ())],  # type: ignore[call-overload]
-                "cycles": {str(n): v for n, v in comparison.cycle_shares.get(q, {}).items()},  # type: ignore[call-overload]
-                "runs": comparison.run_shares.get(q, {}),  # type: ignore[call-overload]
-            }
-            for q in UNITS
+            q: _plain(asdict(comparison.shares[q])) if q in comparison.shares else None for q in QUANTITIES
         },
     }
 
 
-def _metrics(stage: Stage) -> dict[str, float]:
+def _stage_json(stage: Stage | None) -> dict[str, Any] | None:
+    if stage is None:
+        return None
     unit = "c" if stage.quantity == "temperature" else "m"
     m = stage.metrics
+    correlations = {"autocorrelation": stage.autocorrelation, "input_correlation": stage.input_correlation}
     return {
-        f"rms_{unit}": m.rms, f"rmse_printed_{unit}": m.rmse_printed, "nrmse": m.nrmse, "smape": m.smape,
-        f"noise_floor_{unit}": m.noise, "rms_over_noise": m.over_noise,
+        f"rms_{unit}": m.rms,
+        f"rmse_printed_{unit}": m.rmse_printed,
+        "nrmse": m.nrmse,
+        "smape": m.smape,
+        f"noise_floor_{unit}": m.noise,
+        "rms_over_noise": m.over_noise,
+        **{name: _plain(asdict(c) | {"outside": c.outside}) for name, c in correlations.items()},
+        "profiles": _plain({name: asdict(p) for name, p in stage.profiles.items()}),
+        "map": _plain(asdict(stage.map)),
+        "series": _plain({"measured": stage.measured, "modelled": stage.modelled, **asdict(stage.regime)}),
     }
+
+
+def _plain(value: Any) -> Any:
+    """Arrays as lists, NaN as null, keys as text: what JSON can say."""
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind != "f":
+            return value.astype(int).tolist()
+        return [_plain(v) for v in value] if value.ndim > 1 else [_number(v) for v in value.tolist()]
+    return _number(value) if isinstance(value, float) else value
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.6g}") if np.isfinite(value) else None

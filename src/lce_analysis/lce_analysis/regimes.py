@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""In which circumstances the error sits: quarters of the temperature range, branches, holds and ramps, cycles."""
+"""In which circumstances the error sits: quarters of the temperature range, branches, holds and ramps, cycles, runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,40 +11,54 @@ from numpy.typing import NDArray
 from lce_model import KELVIN
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 BRANCHES: Final = ("heating", "cooling")
 TURN_K: Final = 2.0
 """A turn of the temperature by less than this does not begin another cycle."""
 HOLD_SHARE: Final = 0.05
 """A temperature that changes by less than this share of its fastest rate is held."""
+STEPS: Final = 16
+"""Steps of the temperature range of which the stretch with most of the error is made."""
+SIMPLER: Final = 0.75
+"""A narrower description must need less than this part of the samples, or the simpler one stands."""
 
 
 @dataclass(frozen=True)
 class Regime:
-    """What the strip was doing at each sample (n,) of a series, by the model's own noise-free temperature."""
+    """What the strip was doing at each time (n,), by the model's own noise-free temperature.
 
+    power_w is held from sample to sample, cycle counts from 1 within the run.
+    """
+
+    time_s: Floats
     temperature_c: Floats
     rate_k_s: Floats
     power_w: Floats
-    heating: NDArray[np.bool_]
-    hold: NDArray[np.bool_]
+    heating: Flags
+    hold: Flags
     cycle: NDArray[np.intp]
 
+    def at(self, time_s: Floats) -> "Regime":
+        """The regime at other times (m,)."""
+        index = np.clip(np.searchsorted(self.time_s, time_s + 1e-9, side="right") - 1, 0, self.time_s.size - 1)
+        return Regime(
+            time_s=time_s,
+            temperature_c=np.interp(time_s, self.time_s, self.temperature_c),
+            rate_k_s=np.interp(time_s, self.time_s, self.rate_k_s),
+            power_w=self.power_w[index],
+            heating=self.heating[index],
+            hold=self.hold[index],
+            cycle=self.cycle[index],
+        )
 
-def regime(time_s: Floats, temperature_k: Floats, power_w: Floats, at_s: Floats) -> Regime:
-    """The regime at the times ``at_s``, from temperature and held power (n,) at ``time_s``."""
+
+def regime(time_s: Floats, temperature_k: Floats, power_w: Floats) -> Regime:
+    """The regime of a run from its temperature and power (n,)."""
     rate = np.gradient(temperature_k, time_s)
-    index = np.clip(np.searchsorted(time_s, at_s + 1e-9, side="right") - 1, 0, time_s.size - 1)
-    fastest = float(np.max(np.abs(rate)))
-    direction, cycle = _turns(temperature_k)
-    return Regime(
-        temperature_c=np.interp(at_s, time_s, temperature_k) - KELVIN,
-        rate_k_s=np.interp(at_s, time_s, rate),
-        power_w=power_w[index],
-        heating=(direction > 0)[index],
-        hold=(np.abs(rate) < HOLD_SHARE * fastest)[index],
-        cycle=cycle[index],
-    )
+    branch, cycle = _turns(temperature_k)
+    hold = np.abs(rate) <= HOLD_SHARE * np.max(np.abs(rate))
+    return Regime(time_s, temperature_k - KELVIN, rate, power_w, branch > 0, hold, cycle)
 
 
 def _turns(temperature_k: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -67,65 +81,129 @@ def _turns(temperature_k: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 @dataclass(frozen=True)
 class Share:
-    """A regime and its share of the squared error and of the samples; bounds in °C."""
+    """Share of the squared error and of the samples in one regime, and the rms of the residual there (NaN: nothing)."""
+
+    error_share: float
+    sample_share: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class RegimeShare(Share):
+    """The share of a quarter of the temperature range (bounds in °C), a branch, and held or ramping."""
 
     branch: str
     lower_c: float
     upper_c: float
     held: bool
-    error_share: float
-    sample_share: float
 
 
-def shares(regimes: Sequence[Regime], residuals: Sequence[Floats]) -> tuple[Share, ...]:
-    """Shares of quarter × branch × hold/ramp over all runs together, coldest quarter first."""
-    temperature = np.concatenate([r.temperature_c for r in regimes])
-    heating = np.concatenate([r.heating for r in regimes])
-    hold = np.concatenate([r.hold for r in regimes])
-    squared = np.concatenate(residuals) ** 2
+@dataclass(frozen=True)
+class Stretch(Share):
+    """A stretch of the temperature (°C), on one branch or both (None), held, ramping or both (None)."""
+
+    branch: str | None
+    held: bool | None
+    lower_c: float
+    upper_c: float
+
+
+@dataclass(frozen=True)
+class ErrorShares:
+    """Where the squared error of one quantity sits, all runs together; the shares of each group add up to one.
+
+    regimes : quarter of the temperature range x branch x hold or ramp, coldest quarter first.
+    quarters, branches, holds, runs : the same error by one of them alone; keys as in a table.
+    cycles : by run and by cycle within it.
+    most : the smallest stretch that holds at least half of the error.
+    """
+
+    regimes: tuple[RegimeShare, ...]
+    quarters: Mapping[str, Share]
+    branches: Mapping[str, Share]
+    holds: Mapping[str, Share]
+    runs: Mapping[str, Share]
+    cycles: Mapping[str, Mapping[int, Share]]
+    most: Stretch
+
+
+def error_shares(members: Sequence[tuple[str, Regime, Floats]]) -> ErrorShares:
+    """Shares over all members: name of a run, its regime (n,), its residual (n,)."""
+    temperature = np.concatenate([r.temperature_c for _, r, _ in members])
+    heating = np.concatenate([r.heating for _, r, _ in members])
+    hold = np.concatenate([r.hold for _, r, _ in members])
+    cycle = np.concatenate([r.cycle for _, r, _ in members])
+    run = np.repeat(np.arange(len(members)), [e.size for _, _, e in members])
+    squared = np.concatenate([e for _, _, e in members]) ** 2
     edges = np.linspace(float(temperature.min()), float(temperature.max()), 5)
     quarter = np.clip(np.searchsorted(edges, temperature, side="right") - 1, 0, 3)
-    found = []
-    for branch in BRANCHES:
-        for q in range(4):
-            for held in (False, True):
-                here = (heating == (branch == "heating")) & (quarter == q) & (hold == held)
-                found.append(Share(
-                    branch, float(edges[q]), float(edges[q + 1]), held,
-                    _part(squared[here], squared), float(np.mean(here)),
-                ))
-    return tuple(found)
+
+    def share(here: Flags) -> tuple[float, float, float]:
+        part, total = float(np.sum(squared[here])), float(np.sum(squared))
+        rms = float(np.sqrt(np.mean(squared[here]))) if here.any() else float("nan")
+        return part / total if total > 0.0 else 0.0, float(np.mean(here)), rms
+
+    return ErrorShares(
+        regimes=tuple(
+            RegimeShare(
+                *share((heating == (branch == "heating")) & (quarter == q) & (hold == held)),
+                branch,
+                float(edges[q]),
+                float(edges[q + 1]),
+                held,
+            )
+            for branch in BRANCHES
+            for q in range(4)
+            for held in (False, True)
+        ),
+        quarters={f"{edges[q]:.0f}–{edges[q + 1]:.0f} °C": Share(*share(quarter == q)) for q in range(4)},
+        branches={branch: Share(*share(heating == (branch == "heating"))) for branch in BRANCHES},
+        holds={"ramp": Share(*share(~hold)), "hold": Share(*share(hold))},
+        runs={name: Share(*share(run == i)) for i, (name, _, _) in enumerate(members)},
+        cycles={
+            name: {int(n): Share(*share((run == i) & (cycle == n))) for n in np.unique(r.cycle)}
+            for i, (name, r, _) in enumerate(members)
+        },
+        most=_most(temperature, heating, hold, squared),
+    )
 
 
-def by_cycle(regimes: Sequence[Regime], residuals: Sequence[Floats]) -> Mapping[int, float]:
-    """Share of the squared error in each cycle (numbered within its run), all runs together."""
-    cycle = np.concatenate([r.cycle for r in regimes])
-    squared = np.concatenate(residuals) ** 2
-    return {int(n): _part(squared[cycle == n], squared) for n in np.unique(cycle)}
+def _most(temperature: Floats, heating: Flags, hold: Flags, squared: Floats) -> Stretch:
+    """The smallest stretch, by its samples, that holds at least half of the squared error.
+
+    Tried from the simplest description (a range of temperatures) to the most particular (… on one branch, while held).
+    """
+    edges = np.linspace(float(temperature.min()), float(temperature.max()), STEPS + 1)
+    step = np.clip(np.searchsorted(edges, temperature, side="right") - 1, 0, STEPS - 1)
+    total = float(np.sum(squared)) or 1.0
+    best: Stretch | None = None
+    for branch, held, here in _descriptions(heating, hold):
+        error = np.concatenate([[0.0], np.cumsum(np.bincount(step[here], squared[here], STEPS))]) / total
+        count = np.concatenate([[0], np.cumsum(np.bincount(step[here], minlength=STEPS))])
+        enough = [
+            (count[j] - count[i], i, j)
+            for i in range(STEPS)
+            for j in range(i + 1, STEPS + 1)
+            if error[j] - error[i] >= 0.5
+        ]
+        if not enough:
+            continue
+        n, i, j = min(enough)
+        if best is None or n < SIMPLER * best.sample_share * squared.size:
+            share = float(error[j] - error[i])
+            rms = float(np.sqrt(share * total / max(n, 1)))
+            best = Stretch(share, float(n / squared.size), rms, branch, held, float(edges[i]), float(edges[j]))
+    return best or Stretch(0.0, 1.0, 0.0, None, None, float(edges[0]), float(edges[-1]))
 
 
-def _part(some: Floats, everything: Floats) -> float:
-    total = float(np.sum(everything))
-    return float(np.sum(some)) / total if total > 0.0 else 0.0
-
-
-def where_most(found: Sequence[Share]) -> tuple[str, float, float, float]:
-    """Branch, temperatures (°C) and share of the error of the worst stretch of neighbouring quarters."""
-    cells = {
-        (branch, q): sum(s.error_share for s in found if s.branch == branch and s.lower_c == low)
-        for branch in BRANCHES
-        for q, low in enumerate(_edges(found)[:-1])
-    }
-    (branch, worst), share = max(cells.items(), key=lambda item: item[1])
-    low = high = worst
-    for step in (-1, 1):
-        near = worst + step
-        if cells.get((branch, near), 0.0) > 0.5 * share:
-            low, high = min(low, near), max(high, near)
-    edges = _edges(found)
-    return branch, edges[low], edges[high + 1], sum(cells[branch, q] for q in range(low, high + 1))
-
-
-def _edges(found: Sequence[Share]) -> list[float]:
-    lows = sorted({s.lower_c for s in found})
-    return [*lows, max(s.upper_c for s in found)]
+def _descriptions(heating: Flags, hold: Flags) -> Iterator[tuple[str | None, bool | None, Flags]]:
+    branches: list[tuple[str | None, Flags]] = [
+        (None, np.ones_like(heating)),
+        ("heating", heating),
+        ("cooling", ~heating),
+    ]
+    for branch, on in branches:
+        yield branch, None, on
+    for branch, on in branches:
+        for held in (False, True):
+            yield branch, held, on & (hold == held)

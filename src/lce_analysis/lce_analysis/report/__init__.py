@@ -1,6 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as one HTML file that opens anywhere, without a network."""
+"""Answers as one HTML file that opens anywhere, without a network: sections of plain values, and their page."""
 
+from lce_analysis.report.blocks import (
+    Axis,
+    Bars,
+    Block,
+    Curve,
+    Figure,
+    Grid,
+    Group,
+    Heat,
+    Lines,
+    Loop,
+    Section,
+    Table,
+    Trace,
+)
+from lce_analysis.report.comparison import provenance, render_comparison
 from lce_analysis.report.page import render
 
-__all__ = ["render"]
+__all__ = [
+    "Axis",
+    "Bars",
+    "Block",
+    "Curve",
+    "Figure",
+    "Grid",
+    "Group",
+    "Heat",
+    "Lines",
+    "Loop",
+    "Section",
+    "Table",
+    "Trace",
+    "provenance",
+    "render",
+    "render_comparison",
+]

@@ -1,194 +1,180 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a Comparison to the text of the page."""
+"""From sections to the text of one HTML file that opens anywhere, without a network."""
 
 import html
 import json
+import re
+from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
 from typing import Any, Final
 
 import numpy as np
 
-from lce_analysis.compare import Comparison, Quantity, RunComparison, Stage
-from lce_analysis.report.arrays import Arrays, spread, visible
+from lce_analysis.report.arrays import Arrays, distinct, visible
+from lce_analysis.report.blocks import Bars, Block, Grid, Heat, Lines, Loop, Section, Table
 
-SCALE: Final[dict[Quantity, tuple[float, str, float, str]]] = {
-    "temperature": (1.0, "°C", 1.0, "K"),
-    "displacement": (1e3, "mm", 1e6, "µm"),
-}
-"""Factor and unit of a quantity on the page, and of its residual."""
-NAMES: Final[dict[Quantity, str]] = {"temperature": "temperature T", "displacement": "displacement d"}
+NUMBER: Final = re.compile(r"[−+-]?[.\d]")
 
 
-def render(comparison: Comparison) -> str:
-    """The self-contained page: answer first, then tables, then figures of every run."""
-    arrays = Arrays()
-    runs = [_run(run, arrays) for run in comparison.runs]
+def render(title: str, answer: Sequence[str], sections: Sequence[Section], footer: Sequence[str] = ()) -> str:
+    """The self-contained page: the answer in sentences, then the evidence, then where it came from."""
     here, uplot = files("lce_analysis.report"), files("uplot") / "static"
+    page = _Page()
+    body = "".join(
+        f'<section id="s{i}"><h2>{_text(s.heading)}</h2>{"".join(page.block(b) for b in s.blocks)}</section>\n'
+        for i, s in enumerate(sections)
+    )
     return Template((here / "page.html").read_text(encoding="utf-8")).substitute(
-        title=html.escape(f"LCE: {comparison.model.deformation} model against {_count(len(runs), 'run')}"),
-        answer="".join(f"<p>{html.escape(s)}</p>" for s in comparison.sentences),
-        metrics=_metrics(comparison),
-        shares="".join(_shares(comparison, q) for q in comparison.shares),
-        parameters=_parameters(comparison),
+        title=_text(title),
+        answer="".join(f"<p>{_text(s)}</p>" for s in answer),
+        contents=" ".join(f'<a href="#s{i}">{_text(s.heading)}</a>' for i, s in enumerate(sections)),
+        sections=body,
+        footer="".join(f"<p>{_text(line)}</p>" for line in footer),
         style=(uplot / "uPlot.min.css").read_text(encoding="utf-8") + (here / "page.css").read_text(encoding="utf-8"),
+        figures=json.dumps(page.figures, ensure_ascii=False, allow_nan=False).replace("</", "<\\/"),
+        numbers=page.arrays.packed(),
         uplot=(uplot / "uPlot.iife.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
         script=(here / "page.js").read_text(encoding="utf-8"),
-        runs=json.dumps(runs).replace("</", "<\\/"),
-        numbers=arrays.packed(),
     )
 
 
-def _count(n: int, noun: str) -> str:
-    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+class _Page:
+    """HTML of the blocks; what the script draws gathers in ``figures`` and ``arrays``."""
 
+    def __init__(self) -> None:
+        self.figures: list[dict[str, Any]] = []
+        self.arrays = Arrays()
 
-def _run(run: RunComparison, arrays: Arrays) -> dict[str, Any]:
-    """Figures of a run: those over time share their axis, the others stand alone."""
-    over_time: list[dict[str, Any]] = []
-    others: list[dict[str, Any]] = []
-    if run.run.power is not None:
-        power = run.run.power
-        keep = visible(power.value)
-        over_time.append({
-            "title": "laser power P", "unit": "W", "step": True,
-            "x": arrays.add(power.time_s[keep]),
-            "series": [{"label": "P", "kind": "input", "y": arrays.add(power.value[keep])}],
-        })
-    for stage in run.stages:
-        over_time += _over_time(stage, arrays)
-    displacement = next((s for s in run.stages if s.quantity == "displacement"), None)
-    if displacement is not None:
-        others.append(_loop(run, displacement, arrays))
-    for stage in run.stages:
-        others += _residuals(stage, arrays)
-        others.append(_autocorrelation(stage, arrays))
-    return {"name": run.run.name, "overTime": over_time, "others": others}
+    def block(self, block: Block) -> str:
+        """The HTML of one block."""
+        match block:
+            case str():
+                return f"<p>{_text(block)}</p>"
+            case Grid():
+                columns = " ".join(f"minmax(0, {w}fr)" for w in block.widths)
+                many = " many" if len(block.widths) > 2 else ""
+                return f'<div class="grid{many}" style="grid-template-columns: {columns}">{self._cells(block)}</div>'
+            case Lines() | Loop():
+                spec = self._lines(block) if isinstance(block, Lines) else self._loop(block)
+                self.figures.append(
+                    {
+                        "title": block.title,
+                        "xAxis": vars(block.x_axis),
+                        "yAxis": vars(block.y_axis),
+                        "linked": block.linked,
+                        "height": block.height,
+                        **spec,
+                    }
+                )
+                caption = f"<figcaption>{_text(block.title)}<output></output></figcaption>"
+                return f'<figure data-figure="{len(self.figures) - 1}">{caption}</figure>'
+            case Heat():
+                return _heat(block)
+            case Bars():
+                return _bars(block)
+            case Table():
+                return _table(block)
 
+    def _cells(self, grid: Grid) -> str:
+        stacks = [f if isinstance(f, tuple) else (f,) for f in grid.figures]
+        return "".join(f"<div>{''.join(self.block(figure) for figure in stack)}</div>" for stack in stacks)
 
-def _over_time(stage: Stage, arrays: Arrays) -> list[dict[str, Any]]:
-    factor, unit, fine, fine_unit = SCALE[stage.quantity]
-    keep = visible(stage.measured, stage.modelled, stage.residual)
-    x = arrays.add(stage.time_s[keep])
-    return [
-        {
-            "title": NAMES[stage.quantity], "unit": unit, "x": x,
-            "series": [
-                {"label": "measured", "kind": "measured", "y": arrays.add(stage.measured[keep] * factor)},
-                {"label": "model", "kind": "model", "y": arrays.add(stage.modelled[keep] * factor)},
-            ],
-        },
-        {
-            "title": f"residual of {NAMES[stage.quantity]}, measured − model", "unit": fine_unit, "x": x, "low": True,
-            "series": [{"label": "residual", "kind": "residual", "y": arrays.add(stage.residual[keep] * fine)}],
-        },
-    ]
-
-
-def _loop(run: RunComparison, stage: Stage, arrays: Arrays) -> dict[str, Any]:
-    """Displacement over temperature: the measured one over the measured temperature where there is one."""
-    model_t = stage.regime.temperature_c
-    measured_t = model_t
-    of_temperature = next((s for s in run.stages if s.quantity == "temperature"), None)
-    if of_temperature is not None:
-        measured_t = np.interp(stage.time_s, of_temperature.time_s, of_temperature.measured)
-    keep = spread(stage.time_s.size, 4000)
-    return {
-        "title": "loop: d over T", "xUnit": "°C", "unit": "mm", "line": True,
-        "series": [
-            {"label": label, "kind": kind, "x": arrays.add(t[keep]), "y": arrays.add(d[keep] * 1e3)}
-            for label, kind, t, d in (
-                ("measured", "measured", measured_t, stage.measured), ("model", "model", model_t, stage.modelled)
-            )
-        ],
-    }
-
-
-def _residuals(stage: Stage, arrays: Arrays) -> list[dict[str, Any]]:
-    _, _, fine, fine_unit = SCALE[stage.quantity]
-    keep = spread(stage.time_s.size)
-    heating = stage.regime.heating[keep]
-    figures = []
-    for name, unit, values in (
-        ("T", "°C", stage.regime.temperature_c),
-        ("dT/dt", "K/s", stage.regime.rate_k_s),
-        ("P", "W", stage.regime.power_w),
-    ):
-        figures.append({
-            "title": f"residual of {NAMES[stage.quantity]} over {name}", "xUnit": unit, "unit": fine_unit,
-            "series": [
-                {
-                    "label": label, "kind": label,
-                    "x": arrays.add(values[keep][which]), "y": arrays.add(stage.residual[keep][which] * fine),
+    def _lines(self, figure: Lines) -> dict[str, Any]:
+        edges = [e for c in figure.curves for e in (c.y, c.low, c.high) if e is not None]
+        keep = visible(edges)
+        return {
+            "x": self.arrays.add(figure.x[keep]),
+            "curves": [
+                {"label": c.label, "role": c.role, "form": c.form, "y": self.arrays.add(c.y[keep])}
+                | {
+                    name: self.arrays.add(edge[keep])
+                    for name, edge in (("low", c.low), ("high", c.high))
+                    if edge is not None
                 }
-                for label, which in (("heating", heating), ("cooling", ~heating))
+                for c in figure.curves
             ],
-        })
-    return figures
+        }
+
+    def _loop(self, figure: Loop) -> dict[str, Any]:
+        traces = []
+        for t in figure.traces:
+            keep = distinct(t.x, t.y, joined=t.form != "points")
+            spec = {"x": self.arrays.add(t.x[keep]), "y": self.arrays.add(t.y[keep])}
+            if t.at is not None:
+                spec["at"] = self.arrays.add(t.at[keep])
+            traces.append({"label": t.label, "role": t.role, "form": t.form} | spec)
+        return {"traces": traces}
 
 
-def _autocorrelation(stage: Stage, arrays: Arrays) -> dict[str, Any]:
-    c = stage.autocorrelation
-    ends = np.array([0.0, float(c.lag_s[-1])])
-    return {
-        "title": f"autocorrelation of the residual of {NAMES[stage.quantity]}", "xUnit": "s", "unit": "1", "line": True,
-        "series": [
-            {"label": "residual", "kind": "residual", "x": arrays.add(c.lag_s), "y": arrays.add(c.value)},
-            *(
-                {"label": label, "kind": "band", "x": arrays.add(ends), "y": arrays.add(np.full(2, sign * c.band))}
-                for label, sign in (("+1.96/√N", 1.0), ("−1.96/√N", -1.0))
-            ),
-        ],
-    }
+def _text(text: str) -> str:
+    return html.escape(text)
 
 
-def _metrics(comparison: Comparison) -> str:
+def _table(table: Table) -> str:
+    head = "".join(f'<th scope="col">{_text(cell)}</th>' for cell in table.head)
+    rows = "".join(
+        f'<tr><th scope="row">{_text(row[0])}</th>'
+        + "".join(f"<td{' class=n' if NUMBER.match(cell) else ''}>{_text(cell)}</td>" for cell in row[1:])
+        + "</tr>"
+        for row in table.rows
+    )
+    return f"<table>{_caption(table.title)}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _caption(title: str) -> str:
+    return f"<caption>{_text(title)}</caption>" if title else ""
+
+
+def _heat(heat: Heat) -> str:
+    """The tint of a cell is its part of the largest number in the table."""
+    largest = float(np.nanmax(np.abs(heat.values), initial=0.0)) or 1.0
+    head = "".join(f'<th scope="col">{_text(c)}</th>' for c in (heat.corner, *heat.columns))
     rows = []
-    for run in comparison.runs:
-        for stage in run.stages:
-            m = stage.metrics
-            _, _, fine, unit = SCALE[stage.quantity]
-            cells = (
-                f"{m.rms * fine:.3g} {unit}", f"{m.rmse_printed * fine:.3g} {unit}", f"{m.nrmse:.2%}", f"{m.smape:.2%}",
-                f"{m.noise * fine:.2g} {unit}", f"{m.over_noise:.2f}",
-            )
-            rows.append(
-                f"<tr><th scope=row>{html.escape(run.run.name)}</th><td>{NAMES[stage.quantity]}</td>"
-                + "".join(f"<td class=n>{c}</td>" for c in cells) + "</tr>"
-            )
-    return "".join(rows)
-
-
-def _shares(comparison: Comparison, quantity: Quantity) -> str:
-    """The table of error shares; the tint says how much of the error sits in a cell."""
-    found = comparison.shares[quantity]
-    quarters = sorted({(s.lower_c, s.upper_c) for s in found})
-    head = "".join(f"<th scope=col>{low:.0f}–{high:.0f} °C</th>" for low, high in quarters)
-    rows = []
-    for branch in ("heating", "cooling"):
-        for held in (False, True):
-            cells = [
-                next(s for s in found if (s.branch, s.held, s.lower_c) == (branch, held, low)) for low, _ in quarters
-            ]
-            body = "".join(
-                f'<td class=n style="--tint:{s.error_share * 100:.0f}%" title="{s.sample_share:.1%} of the samples">'
-                f"{s.error_share:.1%}</td>"
-                for s in cells
-            )
-            rows.append(f"<tr><th scope=row>{branch}, {'hold' if held else 'ramp'}</th>{body}</tr>")
+    for i, (name, values) in enumerate(zip(heat.rows, heat.values.tolist(), strict=True)):
+        cells = []
+        for j, value in enumerate(values):
+            note = f' title="{_text(heat.notes[i][j])}"' if heat.notes else ""
+            if np.isnan(value):
+                cells.append(f"<td{note}></td>")
+                continue
+            side = "minus" if heat.diverging and value < 0.0 else "plus"
+            tint = f"--tint:{abs(value) / largest * 55:.0f}%"
+            cells.append(f'<td class="n {side}" style="{tint}"{note}>{_number(value, heat.digits)}</td>')
+        rows.append(f'<tr><th scope="row">{_text(name)}</th>{"".join(cells)}</tr>')
     return (
-        f"<table class=tinted><caption>Share of the squared error of {NAMES[quantity]}</caption>"
-        f"<thead><tr><th></th>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+        f'<table class="heat">{_caption(heat.title)}<thead><tr>{head}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table>"
     )
 
 
-def _parameters(comparison: Comparison) -> str:
+def _bars(bars: Bars) -> str:
+    """One row for each label: its bars, and their numbers."""
+    numbers = [v for g in bars.groups for v in g.values.tolist() if np.isfinite(v)]
+    whole = max([*numbers, bars.mark or 0.0]) or 1.0
+    mark = "" if bars.mark is None else f'<i class="mark" style="left:{bars.mark / whole * 100:.2f}%"></i>'
+    keys = "".join(
+        f'<th scope="col"><i class="key" style="background:var(--{g.role})"></i>{_text(g.label)}</th>'
+        for g in bars.groups
+    )
     rows = []
-    for v in comparison.model.values:
-        known = {True: "yes", False: "no", None: "fixed" if v.fixed else "–"}[v.determined]
-        error = "–" if v.standard_error is None else f"{v.standard_error:.2g}"
-        rows.append(
-            f"<tr><th scope=row>{html.escape(v.key)}</th><td class=n>{v.value:.6g}</td><td class=n>{error}</td>"
-            f"<td>{html.escape(v.unit)}</td><td>{known}</td><td>{html.escape(v.parameter.description)}</td></tr>"
+    for i, label in enumerate(bars.labels):
+        values = [float(g.values[i]) for g in bars.groups]
+        widths = [max(v, 0.0) / whole * 100 if np.isfinite(v) else 0.0 for v in values]
+        drawn = "".join(
+            f'<b style="width:{w:.2f}%;background:var(--{g.role})"></b>'
+            for w, g in zip(widths, bars.groups, strict=True)
         )
-    return "".join(rows)
+        cells = "".join(f"<td class=n>{_number(v, bars.digits)}</td>" for v in values)
+        rows.append(
+            f'<tr><th scope="row">{_text(label)}</th><td class="bar"><span>{drawn}{mark}</span></td>{cells}</tr>'
+        )
+    unit = f" [{bars.unit}]" if bars.unit else ""
+    return (
+        f'<table class="bars">{_caption(bars.title + unit)}<thead><tr><td></td><td></td>{keys}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _number(value: float, digits: str) -> str:
+    return format(value, digits).replace("-", "−") if np.isfinite(value) else "–"

@@ -30,14 +30,14 @@ def main(args: argparse.Namespace) -> int:
     """Compare, print a table and where the error sits, write what was asked for."""
     from lce_analysis.compare import as_json, compare
     from lce_analysis.experiment import read_runs
-    from lce_analysis.report import render
+    from lce_analysis.report import render_comparison
     from lce_model import load_model
     from lce_model.model_file import write_atomically
 
     comparison = compare(load_model(args.model), read_runs(args.runs), args.drive)
-    report = render(comparison) if args.report else ""
+    report = render_comparison(comparison) if args.report else ""
     if args.json:
-        write_atomically(args.json, json.dumps(as_json(comparison), indent=1) + "\n")
+        write_atomically(args.json, json.dumps(as_json(comparison), allow_nan=False) + "\n")
     if args.report:
         write_atomically(args.report, report)
     print(_table(comparison))
