@@ -187,7 +187,7 @@ def _sentence(quantity: Quantity, stages: Sequence[tuple[str, Stage]], found: Er
     if all(s.at_noise for _, s in stages):
         noise = _amount(quantity, worst.metrics.noise)
         return f"The model explains the {quantity} down to the sensor noise ({noise} rms)."
-    worst_run = f"at worst (run {name})" if len(stages) > 1 else "in all"
+    worst_run = f"at worst ({name})" if len(stages) > 1 else "in all"
     rms, over = _amount(quantity, worst.metrics.rms), worst.metrics.over_noise
     size = f"{worst_run} the residual is {rms} rms, {over:.3g} × the noise"
     most = found.most
@@ -205,7 +205,7 @@ def _one_run(found: ErrorShares) -> str:
     """Words for a run that holds most of the error, and more of it than its share."""
     name, share = max(found.runs.items(), key=lambda item: item[1].error_share)
     much = len(found.runs) > 1 and share.error_share > max(0.5, EVEN * share.sample_share)
-    return f"; run {name} alone holds {share.error_share:.0%} of it" if much else ""
+    return f"; {name} alone holds {share.error_share:.0%} of it" if much else ""
 
 
 def _amount(quantity: Quantity, value: float) -> str:

@@ -18,6 +18,8 @@ TURN_K: Final = 2.0
 """A turn of the temperature by less than this does not begin another cycle."""
 HOLD_SHARE: Final = 0.05
 """A temperature that changes by less than this share of its fastest rate is held."""
+STILL_K_S: Final = 1e-3
+"""So slow a change is a hold in any run."""
 STEPS: Final = 16
 """Steps of the temperature range of which the stretch with most of the error is made."""
 SIMPLER: Final = 0.75
@@ -57,7 +59,7 @@ def regime(time_s: Floats, temperature_k: Floats, power_w: Floats) -> Regime:
     """The regime of a run from its temperature and power (n,)."""
     rate = np.gradient(temperature_k, time_s)
     branch, cycle = _turns(temperature_k)
-    hold = np.abs(rate) <= HOLD_SHARE * np.max(np.abs(rate))
+    hold = np.abs(rate) <= max(STILL_K_S, HOLD_SHARE * float(np.max(np.abs(rate))))
     return Regime(time_s, temperature_k - KELVIN, rate, power_w, branch > 0, hold, cycle)
 
 

@@ -30,10 +30,9 @@ def rmse_printed(model: ArrayLike, measured: ArrayLike) -> float:
 def nrmse(model: ArrayLike, measured: ArrayLike) -> float:
     """RMS error over the standard deviation of the measurement (4.24); LceError for a constant measurement."""
     a, b = _pair(model, measured)
-    spread = float(np.std(b))
-    if spread == 0.0:
+    if np.ptp(b) == 0.0:
         raise LceError("the measurement is constant: an error relative to its spread means nothing")
-    return rms_error(a, b) / spread
+    return rms_error(a, b) / float(np.std(b))
 
 
 def smape(model: ArrayLike, measured: ArrayLike) -> float:

@@ -77,5 +77,6 @@ def distinct(x: Floats, y: Floats, joined: bool) -> Indices:
 
 
 def _steps(values: Floats, count: int) -> Indices:
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    there = values[np.isfinite(values)]
+    low, high = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
     return np.nan_to_num((values - low) / ((high - low) or 1.0) * count).astype(np.intp)

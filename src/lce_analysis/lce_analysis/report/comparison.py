@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A comparison as sections of a page: the misfit, where the error sits, every run, the model."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -98,49 +98,33 @@ def misfit(comparison: Comparison) -> Table:
 def _where(quantity: Quantity, found: ErrorShares) -> Grid:
     """Shares of the squared error: by regime, by one thing alone beside the share of the samples, by run and cycle."""
     title = f"Squared error of {VALUE[quantity][0].name}"
-    kinds = [(branch, held) for branch in BRANCHES for held in (False, True)]
-    table: list[Sequence[Share]] = [[s for s in found.regimes if (s.branch, s.held) == kind] for kind in kinds]
-    rows = [f"{branch}, {'hold' if held else 'ramp'}" for branch, held in kinds]
+    regimes = {
+        f"{branch}, {'hold' if held else 'ramp'}": [s for s in found.regimes if (s.branch, s.held) == (branch, held)]
+        for branch in BRANCHES
+        for held in (False, True)
+    }
     alone = {**found.quarters, **found.branches, **found.holds}
+    error = Group("error", "model", np.array([s.error_share for s in alone.values()]))
+    samples = Group("samples", "quiet", np.array([s.sample_share for s in alone.values()]))
     cycles = sorted({n for by_cycle in found.cycles.values() for n in by_cycle})
     nothing = Share(float("nan"), 0.0, float("nan"))
-    by_cycle = [[by.get(n, nothing) for n in cycles] for by in found.cycles.values()]
+    by_run = {run: [by_cycle.get(n, nothing) for n in cycles] for run, by_cycle in found.cycles.items()}
     return Grid(
         (
-            _share_table(quantity, f"{title} by regime", "", tuple(found.quarters), rows, table),
-            Bars(
-                f"{title} beside the samples",
-                "",
-                tuple(alone),
-                (
-                    Group("error", "model", np.array([s.error_share for s in alone.values()])),
-                    Group("samples", "quiet", np.array([s.sample_share for s in alone.values()])),
-                ),
-                ".0%",
-            ),
-            _share_table(
-                quantity,
-                f"{title} by run and cycle",
-                "run",
-                [f"cycle {n}" for n in cycles],
-                tuple(found.cycles),
-                by_cycle,
-            ),
+            _share_table(quantity, f"{title} by regime", "", tuple(found.quarters), regimes),
+            Bars(f"{title} beside the samples", "", tuple(alone), (error, samples), ".0%"),
+            _share_table(quantity, f"{title} by run and cycle", "cycle", [str(n) for n in cycles], by_run),
         ),
         (6, 6, 5),
     )
 
 
 def _share_table(
-    quantity: Quantity,
-    title: str,
-    corner: str,
-    columns: Sequence[str],
-    rows: Sequence[str],
-    table: Sequence[Sequence[Share]],
+    quantity: Quantity, title: str, corner: str, columns: Sequence[str], rows: Mapping[str, Sequence[Share]]
 ) -> Heat:
-    values = np.array([[s.error_share for s in row] for row in table])
-    return Heat(title, corner, columns, rows, values, ".0%", notes=[[_note(quantity, s) for s in row] for row in table])
+    values = np.array([[s.error_share for s in row] for row in rows.values()])
+    notes = [[_note(quantity, s) for s in row] for row in rows.values()]
+    return Heat(title, corner, columns, tuple(rows), values, ".0%", notes=notes)
 
 
 def _note(quantity: Quantity, share: Share) -> str:

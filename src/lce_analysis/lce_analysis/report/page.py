@@ -32,7 +32,7 @@ def render(title: str, answer: Sequence[str], sections: Sequence[Section], foote
         sections=body,
         footer="".join(f"<p>{_text(line)}</p>" for line in footer),
         style=(uplot / "uPlot.min.css").read_text(encoding="utf-8") + (here / "page.css").read_text(encoding="utf-8"),
-        figures=json.dumps(page.figures, ensure_ascii=False, allow_nan=False).replace("</", "<\\/"),
+        figures=json.dumps(page.figures, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
         numbers=page.arrays.packed(),
         uplot=(uplot / "uPlot.iife.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
         script=(here / "page.js").read_text(encoding="utf-8"),
