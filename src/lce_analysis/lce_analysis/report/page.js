@@ -36,11 +36,15 @@
   const digits = (v, n = 5) => (v == null ? "–" : String(Number(v.toPrecision(n))).replace("-", "−"));
   const amount = (v, unit) => `${digits(v)}${unit === "1" ? "" : ` ${unit}`}`;
   const named = ({ name, unit }) => (unit === "1" ? name : `${name} [${unit}]`);
-  const axis = (label, size) => ({
-    label, size, labelSize: 17, labelGap: 0, gap: 4, font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
-    stroke: () => colour("quiet"), grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("grid"), width: 1, size: 5 },
-    values: (u, splits) => splits.map((v) => (v == null ? "" : digits(v, 8))),
-  });
+  const axis = (about, size) => {
+    const rule = { stroke: () => colour("grid"), width: 1 }, font = "12px system-ui, sans-serif";
+    return {
+      label: named(about), size, labelSize: 17, labelGap: 0, gap: 4, font, labelFont: font,
+      stroke: () => colour("quiet"), grid: rule, ticks: { ...rule, size: 5 },
+      values: (u, splits) => splits.map((v) => (v == null ? "" : digits(v, 8))),
+    };
+  };
+  const axes = (figure) => [axis(figure.xAxis, 26), axis(figure.yAxis, 58)];
 
   // What is common to all figures: zoom with Ctrl + wheel, a line at zero, a name for those who do not see the canvas.
   const zoomable = (keys) => ({ hooks: { ready: [(u) => u.over.addEventListener("wheel", (event) => {
@@ -61,9 +65,10 @@
     u.ctx.fillRect(u.bbox.left, y, u.bbox.width, devicePixelRatio);
   }] } };
   const legend = (roles) => ({ markers: {
-    width: 3, stroke: (u, i) => (roles[i] ? `var(--${roles[i]})` : "transparent"), fill: () => "transparent", dash: () => "solid",
+    stroke: (u, i) => (roles[i] ? `var(--${roles[i]})` : "transparent"), fill: "transparent", width: 3, dash: "solid",
   } });
-  const weight = (role) => ({ measured: 2.4, model: 1.5, before: 2.4, after: 1.5, heating: 2.2, cooling: 2.2 })[role] ?? 1.2;
+  const weights = { measured: 2.4, heating: 2.2, cooling: 2.2, model: 1.5, before: 1.5, after: 1.5 };
+  const weight = (role) => weights[role] ?? 1.2;
   const room = (element) => element.clientWidth - 16;
 
   // Linked figures: a shared range of x, and the x under the pointer.
@@ -78,7 +83,8 @@
       if (key !== "x" || min == null) return;
       group(name).range = [min, max];
       for (const other of lines) {
-        if (other !== u && (other.scales.x.min !== min || other.scales.x.max !== max)) other.setScale("x", { min, max });
+        const { x } = other.scales;
+        if (other !== u && (x.min !== min || x.max !== max)) other.setScale("x", { min, max });
       }
       loops.forEach((loop) => loop.redraw(false));
     }],
@@ -93,13 +99,15 @@
   } } : {});
 
   const drawLines = (element, figure) => {
-    const series = [{ label: figure.xAxis.name, value: (u, v) => amount(v, figure.xAxis.unit) }], data = [array(figure.x)];
-    const bands = [], roles = [null];
+    const series = [{ label: figure.xAxis.name, value: (u, v) => amount(v, figure.xAxis.unit) }];
+    const data = [array(figure.x)], roles = [null], bands = [];
     const add = (options, values, role) => { series.push(options); data.push(values); roles.push(role); };
     for (const { low, high, role } of figure.curves) {
       if (!low) continue;
-      bands.push({ series: [data.length, data.length + 1], fill: () => `color-mix(in srgb, ${colour(role)} 22%, transparent)` });
-      for (const edge of [high, low]) add({ class: "edge", stroke: "transparent", points: { show: false } }, array(edge), null);
+      const fill = () => `color-mix(in srgb, ${colour(role)} 22%, transparent)`;
+      bands.push({ series: [data.length, data.length + 1], fill });
+      const hidden = { class: "edge", stroke: "transparent", points: { show: false } };
+      for (const edge of [high, low]) add({ ...hidden }, array(edge));
     }
     for (const { label, role, form, y } of figure.curves) {
       add({
@@ -112,8 +120,8 @@
     }
     const plot = new uPlot({
       width: room(element), height: figure.height, scales: { x: { time: false } }, series, bands, legend: legend(roles),
-      cursor: { sync: figure.linked ? { key: figure.linked, setSeries: false } : undefined, drag: { x: true, y: false } },
-      axes: [axis(named(figure.xAxis), 26), axis(named(figure.yAxis), 58)], plugins: [zoomable(["x"]), zero, linked(figure.linked)],
+      cursor: { sync: figure.linked ? { key: figure.linked } : undefined, drag: { x: true, y: false } },
+      axes: axes(figure), plugins: [zoomable(["x"]), zero, linked(figure.linked)],
     }, data, element);
     if (figure.linked) group(figure.linked).lines.push(plot);
     return plot;
@@ -121,7 +129,10 @@
 
   const extent = (arrays) => {
     let low = Infinity, high = -Infinity;
-    for (const a of arrays) for (const v of a) { if (v != null && v < low) low = v; if (v != null && v > high) high = v; }
+    for (const v of arrays.flat()) {
+      if (v != null && v < low) low = v;
+      if (v != null && v > high) high = v;
+    }
     const margin = 0.04 * (high - low || 1);
     return low <= high ? [low - margin, high + margin] : [0, 1];
   };
@@ -170,16 +181,18 @@
       mode: 2, width: room(element), height: figure.height, scales: { x: scale("x"), y: scale("y") },
       legend: { live: false, ...legend([null, ...traces.map((t) => t.role)]) },
       cursor: { drag: { x: true, y: true, uni: 20 }, points: { show: false } },
-      axes: [axis(named(figure.xAxis), 26), axis(named(figure.yAxis), 58)], plugins: [zoomable(["x", "y"]), zero],
-      series: [null, ...traces.map((t) => ({ label: t.label, stroke: () => colour(t.role), facets, paths: trace(t, together), points: { show: false } }))],
+      axes: axes(figure), plugins: [zoomable(["x", "y"]), zero],
+      series: [null, ...traces.map((t) => ({
+        label: t.label, stroke: () => colour(t.role), facets, paths: trace(t, together), points: { show: false },
+      }))],
     }, [null, ...traces.map((t) => [t.x, t.y])], element);
-    const reset = () => { for (const key of ["x", "y"]) plot.setScale(key, { min: whole[key][0], max: whole[key][1] }); };
+    const reset = () => Object.entries(whole).forEach(([key, [min, max]]) => plot.setScale(key, { min, max }));
     plot.over.addEventListener("dblclick", reset);
     reset();
     const where = element.querySelector("output");
     plot.over.addEventListener("mousemove", () => {
-      const { left, top } = plot.cursor;
-      where.textContent = `${amount(plot.posToVal(left, "x"), figure.xAxis.unit)}, ${amount(plot.posToVal(top, "y"), figure.yAxis.unit)}`;
+      const x = plot.posToVal(plot.cursor.left, "x"), y = plot.posToVal(plot.cursor.top, "y");
+      where.textContent = `${amount(x, figure.xAxis.unit)}, ${amount(y, figure.yAxis.unit)}`;
     });
     plot.over.addEventListener("mouseleave", () => { where.textContent = ""; });
     if (figure.linked) together.loops.push(Object.assign(plot, { point: pointer(plot, traces) }));
@@ -211,8 +224,9 @@
     const figure = figures[element.dataset.figure];
     const plot = (figure.traces ? drawLoop : drawLines)(element, figure);
     const canvas = plot.root.querySelector("canvas");
+    const drawn = (figure.traces ?? figure.curves).map((c) => c.label).join(", ");
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `${figure.title}; ${named(figure.yAxis)} over ${named(figure.xAxis)}: ${(figure.traces ?? figure.curves).map((c) => c.label).join(", ")}`);
+    canvas.setAttribute("aria-label", `${figure.title}; ${named(figure.yAxis)} over ${named(figure.xAxis)}: ${drawn}`);
     plots.push(plot);
     if (performance.now() - since > 40) { // the reader may scroll while the rest is drawn
       await new Promise((next) => setTimeout(next, 0));
@@ -225,12 +239,12 @@
 
   // For tests: how many figures hold more than their grid?
   await new Promise((next) => setTimeout(next, 0));
+  const rgb = (name) => [1, 3, 5].map((i) => parseInt(colour(name).slice(i, i + 2), 16));
   const inked = (u) => {
-    const { data } = u.ctx.getImageData(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
-    const pale = (name) => { u.ctx.save(); u.ctx.fillStyle = colour(name); const text = u.ctx.fillStyle; u.ctx.restore(); return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16)); };
-    const grounds = [pale("grid"), pale("zero")];
+    const { left, top, width, height } = u.bbox, pale = [rgb("grid"), rgb("zero")];
+    const { data } = u.ctx.getImageData(left, top, width, height);
     for (let i = 0; i < data.length; i += 4) {
-      if (data[i + 3] > 60 && grounds.every((g) => g.some((v, k) => Math.abs(v - data[i + k]) > 24))) return true;
+      if (data[i + 3] > 60 && pale.every((p) => p.some((v, k) => Math.abs(v - data[i + k]) > 24))) return true;
     }
     return false;
   };
