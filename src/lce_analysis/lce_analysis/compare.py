@@ -32,7 +32,9 @@ Quantity = Literal["temperature", "displacement"]
 
 QUANTITIES: Final[tuple[Quantity, ...]] = ("temperature", "displacement")
 AT_NOISE: Final = 0.05
-"""A residual above the noise by no more than this share, and what so few samples leave uncertain, is noise."""
+UNCERTAIN: Final = 4.0
+"""A residual above the noise by no more than the share AT_NOISE + UNCERTAIN/√N is noise: the ratio of white noise to
+its estimate from N samples scatters by 1.35/√N."""
 EVEN: Final = 1.4
 """The smallest stretch with half of the error has fewer than so many times its share of the samples: spread evenly."""
 
@@ -84,7 +86,7 @@ class Stage:
     @property
     def at_noise(self) -> bool:
         """Is the residual no larger than the noise of the sensor?"""
-        return self.metrics.over_noise <= 1.0 + AT_NOISE + 3.0 / float(np.sqrt(self.measured.size))
+        return self.metrics.over_noise <= 1.0 + AT_NOISE + UNCERTAIN / float(np.sqrt(self.measured.size))
 
 
 @dataclass(frozen=True)

@@ -49,17 +49,24 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _table(comparison: Comparison) -> str:
-    head = (
-        f"{'run':20s} {'':3s} {'RMS':>10s} {'printed RMSE':>13s} {'NRMSE':>7s} {'SMAPE':>7s} "
-        f"{'noise':>10s} {'× noise':>8s}"
-    )
-    lines = [head]
+    rows = [("run", "", "RMS", "printed RMSE", "NRMSE", "SMAPE", "noise", "× noise")]
     for run in comparison.runs:
         for stage in run.stages:
             m = stage.metrics
-            scale, unit, symbol = (1.0, "K ", "T") if stage.quantity == "temperature" else (1e6, "µm", "d")
-            lines.append(
-                f"{run.run.name:20s} {symbol:3s} {m.rms * scale:7.3g} {unit} {m.rmse_printed * scale:10.3g} {unit} "
-                f"{m.nrmse:7.2%} {m.smape:7.2%} {m.noise * scale:7.2g} {unit} {m.over_noise:8.2f}"
+            scale, unit, symbol = (1.0, "K", "T") if stage.quantity == "temperature" else (1e6, "µm", "d")
+            rows.append(
+                (
+                    run.run.name,
+                    symbol,
+                    *(f"{value * scale:.3g} {unit:2s}" for value in (m.rms, m.rmse_printed)),
+                    *(f"{value:.2%}" for value in (m.nrmse, m.smape)),
+                    f"{m.noise * scale:.2g} {unit:2s}",
+                    f"{m.over_noise:.2f}",
+                )
             )
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for name, *cells in rows:
+        padded = (f"{cell:>{width}s}" for cell, width in zip(cells, widths[1:], strict=True))
+        lines.append("  ".join([f"{name:{widths[0]}s}", *padded]))
     return "\n".join(lines)
