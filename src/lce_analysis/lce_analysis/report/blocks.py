@@ -114,7 +114,7 @@ class Bars:
 
 @dataclass(frozen=True)
 class Table:
-    """Text in cells; those that begin like a number are aligned to the right."""
+    """Text in cells; the columns where a cell begins like a number are aligned to the right."""
 
     title: str
     head: Sequence[str]

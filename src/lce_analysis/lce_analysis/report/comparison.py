@@ -29,7 +29,7 @@ DRIVES: Final[dict[Drive, str]] = {
 def render_comparison(comparison: Comparison) -> str:
     """The page of `lce compare`."""
     runs = len(comparison.runs)
-    title = f"Where the {model_name(comparison.model)} fails on {runs} run{'s' if runs > 1 else ''}"
+    title = f"The {model_name(comparison.model)} beside {runs} run{'s' if runs > 1 else ''}"
     footer = provenance(comparison.model, [c.run for c in comparison.runs], comparison.drive)
     return render(title, comparison.sentences, sections(comparison), footer)
 

@@ -112,14 +112,21 @@ def _text(text: str) -> str:
 
 
 def _table(table: Table) -> str:
-    head = "".join(f'<th scope="col">{_text(cell)}</th>' for cell in table.head)
+    numeric = [any(NUMBER.match(row[i]) for row in table.rows) for i in range(len(table.head))]
+    head = "".join(_cell("th", 'scope="col"', text, n) for text, n in zip(table.head, numeric, strict=True))
     rows = "".join(
-        f'<tr><th scope="row">{_text(row[0])}</th>'
-        + "".join(f"<td{' class=n' if NUMBER.match(cell) else ''}>{_text(cell)}</td>" for cell in row[1:])
+        "<tr>"
+        + _cell("th", 'scope="row"', row[0], False)
+        + "".join(_cell("td", "", text, n) for text, n in zip(row[1:], numeric[1:], strict=True))
         + "</tr>"
         for row in table.rows
     )
     return f"<table>{_caption(table.title)}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _cell(tag: str, scope: str, text: str, number: bool) -> str:
+    """A cell of a column of numbers stands to the right."""
+    return f"<{tag} {scope}{' class=n' if number else ''}>{_text(text)}</{tag}>"
 
 
 def _caption(title: str) -> str:

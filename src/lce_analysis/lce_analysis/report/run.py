@@ -115,7 +115,7 @@ def _over(stage: Stage, over: str, linked: str, height: int = 200) -> Loop:
             cloud = values[which], stage.residual[which] * factor
             clouds.append(Trace(branch, *cloud, branch, at=stage.time_s[which]))
         if np.isfinite(mean).any():
-            means.append(Trace("mean", found.centre, mean * factor, branch, "line"))
+            means.append(Trace("its mean", found.centre, mean * factor, branch, "line"))
     return Loop(
         f"{axis.name} over {OVER[over].name}", OVER[over], axis, (*clouds, *means), linked=linked, height=height
     )

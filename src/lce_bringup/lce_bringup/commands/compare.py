@@ -49,7 +49,7 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _table(comparison: Comparison) -> str:
-    rows = [("run", "", "RMS", "printed RMSE", "NRMSE", "SMAPE", "noise", "× noise")]
+    rows: list[tuple[str, ...]] = [("run", "", "RMS", "printed RMSE", "NRMSE", "SMAPE", "noise", "× noise")]
     for run in comparison.runs:
         for stage in run.stages:
             m = stage.metrics
