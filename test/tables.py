@@ -186,7 +186,7 @@ def joint(tables: Tables, folder: Path) -> list[str]:
     text = [
         "## Joint fits P → T → d, one parameter set for all runs of a specimen", "",
         "The input is the laser power alone; the temperature is predicted too.", "",
-        "| specimen, model | NRMSE of d %, range over the runs | NRMSE of T % | dissertation: T → λ, NRMSE %, a set a run |",
+        "| specimen, model | NRMSE of d %, all runs | NRMSE of T % | dissertation: T → λ, NRMSE %, a set a run |",
         "|---|---|---|---|",
     ]  # fmt: skip
     for name, printed, pulses in (

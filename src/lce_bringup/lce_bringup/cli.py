@@ -19,6 +19,9 @@ COMMANDS = {
     "repair": "make a recording that a crash cut short readable by every tool",
     "fit": "identify a model from recorded runs",
     "compare": "where a model fails on recorded runs",
+    "diagnose": "which physical effect a model lacks",
+    "add": "add an effect to a model and watch the error fall",
+    "design": "the experiment that would tell two effects apart",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
 }
 """Command name (module lce_bringup.commands.NAME) and its line in `lce --help`."""

@@ -68,7 +68,8 @@ SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)
 
 def _call(term: Term, function: Callable[..., object], alias: str, initial: bool) -> str:
     """One line of generated code: results = function(arguments)."""
-    own = {p.name: f"{term.name}__{p.name}" for p in term.parameters} | {s: f"{term.name}__{s}" for s in term.states}
+    names = [*(p.name for p in term.parameters), *term.states, *dict(term.arrays)]
+    own = {name: f"{term.name}__{name}" for name in names}
     own["dt"] = "0.0" if initial else "dt"
     arguments = ", ".join(own.get(a, a) for a in inspect.signature(function).parameters)
     targets = ", ".join([own[s] for s in term.states] + list(term.outputs))
@@ -101,6 +102,10 @@ def source(terms: tuple[Term, ...]) -> str:
     states = [*SIGNALS, *(f"{t.name}__{s}" for t in terms for s in t.states)]
     unpack_p = "".join(f"    {name} = p[{i}]\n" for i, name in enumerate(parameters))
     load = "".join(f"    {name} = s[{i}]\n" for i, name in enumerate(states))
+    begin = len(states)
+    for name, size in ((f"{t.name}__{a}", size) for t in terms for a, size in t.arrays):
+        load += f"    {name} = s[{begin}:{begin + size}]\n"
+        begin += size
     store = "".join(f"    s[{i}] = {name}\n" for i, name in enumerate(states))
 
     def indent(lines: list[str]) -> str:
@@ -161,10 +166,9 @@ def cache_folder() -> Path:
 
 
 def _fingerprint(terms: tuple[Term, ...], text: str) -> str:
-    parts = [text, numba.__version__, np.__version__, sys.version]
-    landau = sys.modules["lce_model.landau"]
-    modules = {inspect.getsourcefile(t.step) for t in terms} | {landau.__file__}
-    parts += [Path(m).read_text(encoding="utf-8") for m in sorted(m for m in modules if m)]
+    """Of everything that goes into the compiled code: the terms' own files, and what they may call in this package."""
+    modules = {Path(inspect.getfile(t.step)) for t in terms} | set(Path(__file__).parent.glob("*.py"))
+    parts = [text, numba.__version__, np.__version__, sys.version, *(m.read_text("utf-8") for m in sorted(modules))]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
 
 
@@ -183,7 +187,7 @@ def _import_generated(path: Path, names: dict[str, Any]) -> ModuleType:
 def compile_terms(terms: tuple[Term, ...]) -> Kernel:
     """Compile the terms, or load what an earlier process compiled."""
     text = source(terms)
-    size = len(SIGNALS) + sum(len(t.states) for t in terms)
+    size = len(SIGNALS) + sum(len(t.states) + sum(n for _, n in t.arrays) for t in terms)
     folder = cache_folder()
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"k{_fingerprint(terms, text)}.py"

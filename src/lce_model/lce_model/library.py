@@ -6,11 +6,12 @@ from typing import Final
 from lce_model.deformation.branch import BRANCH
 from lce_model.deformation.dynamic import DYNAMIC
 from lce_model.deformation.equilibrium import EQUILIBRIUM
+from lce_model.deformation.kinetic import KINETIC
 from lce_model.deformation.stretch import STRETCH, STRIP
 from lce_model.effects import find
 from lce_model.errors import LceError
 from lce_model.surroundings import AMBIENT
-from lce_model.terms import STAGES, Term
+from lce_model.terms import STAGES, Term, reads
 from lce_model.thermal.lumped import LUMPED
 
 THERMAL: Final[dict[str, tuple[Term, ...]]] = {"none": (), "lumped": (AMBIENT, LUMPED)}
@@ -20,6 +21,7 @@ DEFORMATION: Final[dict[str, tuple[Term, ...]]] = {
     "none": (),
     "equilibrium": (BRANCH, EQUILIBRIUM, STRETCH, STRIP),
     "dynamic": (BRANCH, DYNAMIC, STRETCH, STRIP),
+    "kinetic": (BRANCH, KINETIC, STRETCH, STRIP),
 }
 """T→d models. ``none``: only the temperature is modelled (a plain heater)."""
 
@@ -34,8 +36,8 @@ and a gain that takes the strip to the 390 K of §5.4."""
 def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tuple[Term, ...]:
     """The model as a tuple of terms in the order of evaluation.
 
-    An effect of the heat balance stands before the balance that integrates it, every other effect behind the base
-    terms of its stage.
+    An effect stands before the first base term of its stage that reads what it writes (a heat loss before the heat
+    balance, a lag of the temperature before the branch that follows it), or else behind them all.
     """
     for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
         if name not in known:
@@ -48,5 +50,12 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     for stage in STAGES:
         own = [t for t in base if t.stage == stage]
         extra = [t for t in added if t.stage == stage]
-        ordered += extra + own if stage == "heat" else own + extra
+        for i, term in enumerate(own):
+            feeding = [e for e in extra if _feeds(e, term) and not any(_feeds(e, t) for t in own[:i])]
+            ordered += [*feeding, term]
+        ordered += [e for e in extra if e not in ordered]
     return tuple(ordered)
+
+
+def _feeds(effect: Term, term: Term) -> bool:
+    return any(reads(term, name) for name in effect.outputs)

@@ -91,6 +91,7 @@ class Term:
     step : returns the new values of ``states`` and then of ``outputs`` at the end of a step of ``dt`` seconds.
     start : returns the same values before the first step, from the parameters and the signals present then; where it
         is None, ``step`` itself is called with ``dt = 0``, which serves every term without memory.
+    arrays : states that are arrays, as (name, size): ``start`` fills and ``step`` changes them in place.
     """
 
     name: str
@@ -101,6 +102,7 @@ class Term:
     step: Callable[..., float | tuple[float, ...]]
     start: Callable[..., float | tuple[float, ...]] | None = None
     states: tuple[str, ...] = field(default=())
+    arrays: tuple[tuple[str, int], ...] = field(default=())
 
     def __post_init__(self) -> None:
         if self.stage not in STAGES:
@@ -108,16 +110,22 @@ class Term:
         unknown = [name for name in self.outputs if name not in SIGNALS]
         if unknown:
             raise LceError(f"term {self.name}: unknown output {unknown[0]!r}; one of {', '.join(SIGNALS)}")
-        if self.states and self.start is None:
-            raise LceError(f"term {self.name}: has states {', '.join(self.states)} but no start function")
+        memory = [*self.states, *(name for name, _ in self.arrays)]
+        if memory and self.start is None:
+            raise LceError(f"term {self.name}: has states {', '.join(memory)} but no start function")
         for function in (self.step, self.start):
             if function is not None:
                 self._check_arguments(function)
 
     def _check_arguments(self, function: Callable[..., float | tuple[float, ...]]) -> None:
-        known = {*SIGNALS, *self.states, *(p.name for p in self.parameters), "dt"}
+        known = {*SIGNALS, *self.states, *dict(self.arrays), *(p.name for p in self.parameters), "dt"}
         for argument in inspect.signature(function).parameters:
             if argument not in known:
                 raise LceError(
                     f"term {self.name}: argument {argument!r} of {function.__name__} is no signal, parameter or state"
                 )
+
+
+def reads(term: Term, signal: str) -> bool:
+    """Is the signal an argument of the term's step?"""
+    return signal in inspect.signature(term.step).parameters

@@ -4,9 +4,11 @@
 A file of this folder, or one of the user's, defines ``EFFECT = Effect(...)`` and nothing else has to be edited.
 """
 
+import hashlib
 import importlib
 import importlib.util
 import pkgutil
+import sys
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -101,10 +103,13 @@ def find(name: str) -> Effect:
 
 @cache
 def _from_file(path: Path) -> Effect:
-    spec = importlib.util.spec_from_file_location(f"lce_effect_{path.stem}", path)
+    digest = hashlib.sha256(str(path).encode()).hexdigest()[:8]
+    spec = importlib.util.spec_from_file_location(f"lce_effect_{path.stem}_{digest}", path)
     if not path.is_file() or spec is None or spec.loader is None:
         raise LceError(f"{path}: no such effect file")
     module = importlib.util.module_from_spec(spec)
+    # A kernel in the cache names the modules of its functions.
+    sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)
     except LceError as error:

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the data say of every candidate effect at once, linearised at the present model."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.diagnose.score import Projection, p_value, project
+from lce_analysis.diagnose.settled import Settled, gram, in_noise, noise_of, raw, whitened
+from lce_analysis.diagnose.whitening import Noise
+from lce_model import Model
+from lce_model.effects import Effect
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Direction:
+    """An effect at fixed values of its other parameters: one column of the score test.
+
+    settings : TERM.PARAM to value of everything but the strength; nudge : the change of the strength by which the
+    column is measured, tiny where the effect is smooth, finite where it has no derivative at its null value.
+    """
+
+    effect: Effect
+    settings: Mapping[str, float]
+    nudge: float
+
+    def row(self, model: Model) -> Floats:
+        """Parameters of ``model``, which holds the effect at its null value, with the nudge."""
+        changes = dict(self.settings)
+        changes[self.effect.strength_key] = self.effect.null + self.nudge
+        return model.set(changes).vector
+
+
+def directions(effect: Effect) -> list[Direction]:
+    """Every value of the second parameters on the effect's grid, with every nudge."""
+    names = [name for name, _ in effect.grid]
+    return [
+        Direction(effect, {f"{effect.name}.{n}": x for n, x in zip(names, point, strict=True)}, nudge)
+        for point in itertools.product(*(values for _, values in effect.grid))
+        for nudge in effect.steps
+    ]
+
+
+@dataclass(frozen=True)
+class Score:
+    """The score test of one effect, at the direction that explains most."""
+
+    effect: Effect
+    direction: Direction
+    index: int
+    evidence: float
+    p_value: float
+    visibility: float
+    expected_strength: float
+    predicted_fall: float
+
+
+@dataclass(frozen=True)
+class Examination:
+    """Every candidate beside a settled model, whose full model holds all of them at their null values.
+
+    white, plain : free parameters projected out of the directions, whitened by ``noise`` and in units of it.
+    s2 : variance of the whitened residual that all directions together leave.
+    """
+
+    settled: Settled
+    directions: tuple[Direction, ...]
+    noise: Mapping[int, Noise]
+    white: Projection
+    plain: Projection
+    s2: float
+
+    @cached_property
+    def scores(self) -> list[Score]:
+        """One per effect, strongest evidence first."""
+        best: dict[str, Score] = {}
+        for j in range(len(self.directions)):
+            score = self._score(j)
+            before = best.get(score.effect.name)
+            if before is None or score.evidence > before.evidence:
+                best[score.effect.name] = score
+        return sorted(best.values(), key=lambda s: -s.evidence)
+
+    @cached_property
+    def by_fall(self) -> list[Score]:
+        """One per effect, the largest predicted fall of the plain error first."""
+        best: dict[str, Score] = {}
+        for j in range(len(self.directions)):
+            score = self._score(j)
+            before = best.get(score.effect.name)
+            if before is None or score.predicted_fall > before.predicted_fall:
+                best[score.effect.name] = score
+        return sorted(best.values(), key=lambda s: -s.predicted_fall)
+
+    def _score(self, j: int) -> Score:
+        d = self.directions[j]
+        effect, spec = d.effect, d.effect.parameter(d.effect.strength)
+        low, high = spec.lower - effect.null, spec.upper - effect.null
+        change = float(np.clip(self.white.strength[j], low, high))
+        evidence = max(0.0, self.white.fall_at(j, change) / self.s2)
+        count = sum(other.effect is effect for other in self.directions)
+        fall = self.plain.fall_at(j, float(np.clip(self.plain.strength[j], low, high)))
+        return Score(
+            effect=effect,
+            direction=d,
+            index=j,
+            evidence=evidence,
+            p_value=p_value(evidence, effect.one_sided, count),
+            visibility=float(self.white.visibility[j]),
+            expected_strength=effect.null + change,
+            predicted_fall=max(0.0, fall / self.plain.error),
+        )
+
+    def likeness(self, score: Score, name: str) -> float:
+        """Largest |ρ| between the direction of ``score`` and any of the effect ``name``."""
+        row = self.white.likeness[score.index]
+        return max((float(row[j]) for j, d in enumerate(self.directions) if d.effect.name == name), default=0.0)
+
+
+def examine(settled: Settled, effects: Sequence[Effect], noise: Mapping[int, Noise], estimate: bool) -> Examination:
+    """Linearise the settled model over the strength of every effect.
+
+    ``settled.problem.model`` holds all the effects, at their null values. With ``estimate`` the noise given is only a
+    first guess, and that of the richest fit replaces it: of what no combination of the effects explains.
+    """
+    problem = settled.problem
+    columns = tuple(d for effect in effects for d in directions(effect))
+    bare = replace(problem, blocks=raw(problem.blocks))
+    response = bare.response(np.array([problem.model.vector, *(d.row(problem.model) for d in columns)]))
+    slopes = (response[1:] - response[0]) / np.array([[d.nudge] for d in columns])
+    table = np.vstack([settled.table[:-1], np.where(np.isfinite(slopes), slopes, 0.0), settled.table[-1:]])
+    runs = len(problem.inputs)
+    for _ in range(2 if estimate else 0):
+        total = gram(table, whitened(problem.blocks, noise), runs).sum(axis=0)
+        solved = project(total, table.shape[0] - 1).solve[:, -1]
+        noise = noise_of(table[-1] - solved @ table[:-1], problem.blocks)
+    white = gram(table, whitened(problem.blocks, noise), runs).sum(axis=0)
+    plain = gram(table, in_noise(problem.blocks, noise), runs).sum(axis=0)
+    size = sum(b.size for b in whitened(problem.blocks, noise))
+    return Examination(
+        settled=settled,
+        directions=columns,
+        noise=noise,
+        white=project(white, settled.free),
+        plain=project(plain, settled.free),
+        s2=project(white, table.shape[0] - 1).error / size,
+    )

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The noise of a sensor as an autoregressive process, and the filter that makes it white.
+
+Camera and distance sensor have noise that is correlated from sample to sample, and a test that takes it for white finds
+effects where none are. The process is estimated from what *no* combination of candidate effects explains (the richest
+fit), else it would swallow the effect.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_toeplitz
+
+Floats = NDArray[np.float64]
+
+LONGEST: Final = 24
+"""Highest order that is tried."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Autoregressive noise: e_i = φ1 e_(i-1) + … + φp e_(i-p) + σ w_i with white w.
+
+    coefficients : (p,) φ.
+    sigma : standard deviation of the innovations σ w, in the unit of the series.
+    rms : standard deviation of the noise itself.
+    """
+
+    coefficients: Floats
+    sigma: float
+    rms: float
+
+    @property
+    def whitening(self) -> Floats:
+        """The filter (p + 1,) 1 - φ1 z⁻¹ - … ."""
+        return np.concatenate([[1.0], -self.coefficients])
+
+
+def autoregressive(residuals: Sequence[Floats]) -> Noise:
+    """Yule–Walker on the pooled autocovariance of several residuals of one sensor; the order by Schwarz's criterion."""
+    total = sum(r.size for r in residuals)
+    longest = min(LONGEST, min(r.size for r in residuals) // 10)
+    centred = [r - r.mean() for r in residuals]
+    covariance = np.array(
+        [sum(float(r[: r.size - lag] @ r[lag:]) for r in centred) / total for lag in range(longest + 1)]
+    )
+    best, least = Noise(np.empty(0), float(np.sqrt(covariance[0])), float(np.sqrt(covariance[0]))), np.inf
+    for order in range(longest + 1):
+        phi = solve_toeplitz(covariance[:order], covariance[1 : order + 1]) if order else np.empty(0)
+        innovation = float(covariance[0] - phi @ covariance[1 : order + 1])
+        if innovation <= 0.0:
+            break
+        criterion = total * np.log(innovation) + order * np.log(total)
+        if criterion < least:
+            least = criterion
+            best = Noise(phi, float(np.sqrt(innovation)), float(np.sqrt(covariance[0])))
+    return best

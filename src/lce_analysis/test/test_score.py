@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from lce_analysis.diagnose.score import p_value, project
+
+RNG = np.random.default_rng(2)
+N = 4000
+FREE = RNG.standard_normal((N, 3))
+TRUE, OTHER = RNG.standard_normal((2, N))
+
+
+def _gram(*columns: np.ndarray) -> np.ndarray:
+    table = np.column_stack([FREE, *columns])
+    return table.T @ table
+
+
+def test_the_strength_of_a_direction_is_found_whatever_the_free_parameters_absorb() -> None:
+    seen = project(_gram(TRUE, OTHER, 0.7 * TRUE + FREE @ [3.0, -2.0, 1.0]), 3)
+    assert seen.strength[0] == pytest.approx(0.7)
+    assert seen.fall[0] == pytest.approx(seen.error)
+    assert seen.fall[1] < 0.01 * seen.error
+
+
+def test_a_direction_that_the_free_parameters_span_is_invisible() -> None:
+    seen = project(_gram(FREE @ [1.0, 2.0, 3.0], FREE[:, 0] + 0.1 * TRUE, TRUE), 3)
+    assert seen.visibility[0] == 0.0
+    assert seen.strength[0] == 0.0
+    assert seen.visibility[1] == pytest.approx(0.01, rel=0.2)
+
+
+def test_a_free_parameter_without_effect_does_no_harm() -> None:
+    table = np.column_stack([FREE, np.zeros(N), FREE[:, 0], TRUE, 0.5 * TRUE])
+    assert project(table.T @ table, 5).strength[0] == pytest.approx(0.5)
+
+
+def test_likeness_is_measured_after_projection() -> None:
+    seen = project(_gram(TRUE + 5.0 * FREE[:, 0], TRUE - 4.0 * FREE[:, 1], OTHER, TRUE), 3)
+    assert seen.likeness[0, 1] == pytest.approx(1.0)
+    assert seen.likeness[0, 2] < 0.1
+
+
+def test_evidence_of_pure_noise_is_chi_squared() -> None:
+    evidence = [project(_gram(TRUE, RNG.standard_normal(N)), 3).fall[0] for _ in range(400)]
+    assert np.mean(evidence) == pytest.approx(1.0, abs=0.25)
+    assert np.mean([p_value(e, False, 1) < 0.05 for e in evidence]) == pytest.approx(0.05, abs=0.035)
+
+
+def test_a_search_over_a_grid_and_a_side_enter_the_p_value() -> None:
+    assert p_value(6.0, True, 1) == pytest.approx(0.5 * p_value(6.0, False, 1))
+    assert p_value(6.0, False, 4) == pytest.approx(4.0 * p_value(6.0, False, 1))
+    assert p_value(0.0, False, 4) == 1.0
