@@ -120,7 +120,7 @@
     }
     const plot = new uPlot({
       width: room(element), height: figure.height, scales: { x: { time: false } }, series, bands, legend: legend(roles),
-      cursor: { sync: figure.linked ? { key: figure.linked } : undefined, drag: { x: true, y: false } },
+      cursor: { y: false, sync: figure.linked ? { key: figure.linked } : undefined, drag: { x: true, y: false } },
       axes: axes(figure), plugins: [zoomable(["x"]), zero, linked(figure.linked)],
     }, data, element);
     if (figure.linked) group(figure.linked).lines.push(plot);
