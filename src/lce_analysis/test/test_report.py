@@ -28,6 +28,7 @@ from lce_analysis.report import (
     Section,
     Table,
     Trace,
+    falls,
     render,
     render_comparison,
 )
@@ -205,3 +206,22 @@ def test_a_run_of_150_s_takes_less_than_half_a_megabyte(strip: Model, recorded: 
         compare(strip, [recorded(duration_s=150.0, power=power, extra=lambda t, k, d: 1e-4 * np.sin(t))])
     )
     assert len(text.encode()) < 0.5e6 + 0.15e6  # ten of them and the script: below 5 MB
+
+
+def test_where_the_error_fell(strip: Model, recorded: Record) -> None:
+    runs = [recorded("one"), recorded("two", seed=1, extra=lambda t, k, d: 40e-6 * (np.gradient(k) < 0.0))]
+    slow = strip.set({"lumped.tau": 1.1 * strip["lumped.tau"]})
+    before, after = compare(slow, runs), compare(strip, runs)
+    grids = falls(before, after, held_out=("two",))
+    assert len(grids) == 2
+    of = {bars.title.split()[3].split("\u00a0")[0]: (bars, by_run) for bars, by_run in (g.figures for g in grids)}
+    for quantity, noise in (("temperature", 0.06), ("displacement", 4.0)):
+        by_regime, by_run = of[quantity]
+        assert isinstance(by_regime, Bars) and isinstance(by_run, Bars)
+        assert by_run.mark == pytest.approx(noise, rel=0.1)
+        assert list(by_run.labels) == ["one", "two (held out)"]
+        was, now = by_run.groups
+        assert np.all(now.values < was.values)
+        assert now.values[0] == pytest.approx(noise, rel=0.1)
+    cooling = list(of["displacement"][0].labels).index("cooling")
+    assert of["displacement"][0].groups[1].values[cooling] == pytest.approx(28.0, rel=0.1)  # 40 µm in one run of two

@@ -16,6 +16,7 @@ from lce_analysis.report.blocks import (
     Table,
     Trace,
 )
+from lce_analysis.report.change import falls
 from lce_analysis.report.comparison import provenance, render_comparison
 from lce_analysis.report.page import render
 
@@ -33,6 +34,7 @@ __all__ = [
     "Section",
     "Table",
     "Trace",
+    "falls",
     "provenance",
     "render",
     "render_comparison",

@@ -102,7 +102,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Bars:
-    """Horizontal bars from zero, a group under the other; ``mark`` is a threshold. No unit: ""."""
+    """Horizontal bars from zero, a group under the other; ``mark`` is a threshold; unit "1" is a pure number."""
 
     title: str
     unit: str

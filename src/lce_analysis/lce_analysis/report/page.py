@@ -176,7 +176,7 @@ def _bars(bars: Bars) -> str:
         rows.append(
             f'<tr><th scope="row">{_text(label)}</th><td class="bar"><span>{drawn}{mark}</span></td>{cells}</tr>'
         )
-    unit = f" [{bars.unit}]" if bars.unit else ""
+    unit = "" if bars.unit == "1" else f" [{bars.unit}]"
     return (
         f'<table class="bars">{_caption(bars.title + unit)}<thead><tr><td></td><td></td>{keys}</tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table>"
