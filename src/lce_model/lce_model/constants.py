@@ -3,10 +3,13 @@
 
 from typing import Final
 
-from scipy.constants import Boltzmann, zero_Celsius
+from scipy.constants import Boltzmann, Stefan_Boltzmann, zero_Celsius
 
 KELVIN: Final[float] = zero_Celsius
 """0 °C in kelvin."""
+
+STEFAN_BOLTZMANN: Final[float] = Stefan_Boltzmann
+"""Stefan–Boltzmann constant σ [W/(m² K⁴)]."""
 
 BOLTZMANN: Final[float] = Boltzmann
 """Boltzmann constant k_B [J/K]; the seed rounds it to 1.38e-23."""

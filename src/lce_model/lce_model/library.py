@@ -36,8 +36,8 @@ and a gain that takes the strip to the 390 K of §5.4."""
 def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tuple[Term, ...]:
     """The model as a tuple of terms in the order of evaluation.
 
-    An effect stands before the first base term of its stage that reads what it writes (a heat loss before the heat
-    balance, a lag of the temperature before the branch that follows it), or else behind them all.
+    An effect stands before the first base term of its stage that takes what it writes from it (a heat loss before the
+    heat balance, a lag of the temperature before the branch that follows it), or else behind them all.
     """
     for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
         if name not in known:
@@ -58,4 +58,4 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
 
 
 def _feeds(effect: Term, term: Term) -> bool:
-    return any(reads(term, name) for name in effect.outputs)
+    return any(reads(term, name) and name not in term.outputs for name in effect.outputs)

@@ -24,6 +24,7 @@ SIGNALS: Final[dict[str, str]] = {
     "ambient": "K, temperature of the surroundings",
     "heating": "K/s, heating rate added by effects of the heat balance",
     "temperature": "K, temperature of the strip at the end of the step",
+    "loss_rate": "1/s, rate at which the heat balance loses the excess over the surroundings",
     "temperature_before": "K, the same at its beginning",
     "order_temperature": "K, temperature that the order follows",
     "deadband": "K, reversals of the temperature smaller than this are taken for noise",

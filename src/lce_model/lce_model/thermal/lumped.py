@@ -6,10 +6,15 @@ import math
 from lce_model.terms import Parameter, Term
 
 
-def step(light: float, ambient: float, heating: float, temperature: float, dt: float, gain: float, tau: float) -> float:
+def start(temperature: float, tau: float) -> tuple[float, float]:
+    """At the temperature given."""
+    return temperature, 1.0 / tau
+
+
+def step(light: float, ambient: float, heating: float, temperature: float, dt: float, gain: float, tau: float) -> tuple[float, float]:
     """Exact solution over a step with constant light: T relaxes to T_env + K·P (+ τ·heating) with τ."""
     steady = ambient + gain * light + tau * heating
-    return steady + (temperature - steady) * math.exp(-dt / tau)
+    return steady + (temperature - steady) * math.exp(-dt / tau), 1.0 / tau
 
 
 LUMPED = Term(
@@ -38,6 +43,7 @@ LUMPED = Term(
             scale="log",
         ),
     ),
-    outputs=("temperature",),
+    outputs=("temperature", "loss_rate"),
+    start=start,
     step=step,
 )

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The surroundings warm up or cool down: T_env(t) = T_env + r t."""
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(ambient: float) -> tuple[float, float]:
+    """The clock starts with the run."""
+    return 0.0, ambient
+
+
+def step(ambient: float, dt: float, elapsed: float, rate: float) -> tuple[float, float]:
+    """Time [s] since the beginning and ambient temperature [K]."""
+    elapsed = elapsed + dt
+    return elapsed, ambient + rate * elapsed
+
+
+EFFECT = Effect(
+    name="ambient_drift",
+    stage="surroundings",
+    equation="T_env(t) = T_env + r t",
+    parameters=(
+        Parameter("rate", "K/s", 0.0, -0.05, 0.05, "drift r", "replicates of public heater data differ by 3 K"),
+    ),
+    states=("elapsed",),
+    outputs=("ambient",),
+    start=start,
+    step=step,
+    strength="rate",
+    typical=0.01,
+)

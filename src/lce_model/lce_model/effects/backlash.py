@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Play of half-width b between strip and load: the load does not move until the play is used up."""
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(displacement: float) -> tuple[float, float]:
+    """In the middle of the play."""
+    return displacement, displacement
+
+
+def step(displacement: float, held: float, width: float) -> tuple[float, float]:
+    """The play operator [m]."""
+    held = min(max(held, displacement - width), displacement + width)
+    return held, held
+
+
+EFFECT = Effect(
+    name="backlash",
+    stage="strain",
+    equation="d_b = min(max(d_b, d - b), d + b)",
+    parameters=(Parameter("width", "m", 0.0, 0.0, 3e-4, "half-width of the play b", "plausible, no source found"),),
+    states=("held",),
+    outputs=("displacement",),
+    start=start,
+    step=step,
+    strength="width",
+    typical=5e-5,
+    nudges=(1e-5, 5e-5, 2e-4),
+)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A share of the contraction arrives late: dε_c/dt = (ε - ε_c)/τ_v."""
+
+import math
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(displacement: float) -> tuple[float, float]:
+    """Relaxed."""
+    return displacement, displacement
+
+
+def step(displacement: float, dt: float, late: float, share: float, tau_v: float) -> tuple[float, float]:
+    """The late part [m] and the displacement [m]."""
+    late = displacement + (late - displacement) * math.exp(-dt / tau_v)
+    return late, displacement + share * (late - displacement)
+
+
+EFFECT = Effect(
+    name="creep",
+    stage="strain",
+    equation="d -> (1 - share) d + share d_c, tau_v dd_c/dt = d - d_c",
+    parameters=(
+        Parameter("share", "1", 0.0, 0.0, 0.5, "share that arrives late", "d3sm00770g; adfm.202311425"),
+        Parameter("tau_v", "s", 10.0, 0.1, 1000.0, "retardation time τ_v", "d3sm00770g; adfm.202311425", scale="log"),
+    ),
+    states=("late",),
+    outputs=("displacement",),
+    start=start,
+    step=step,
+    strength="share",
+    typical=0.1,
+    grid=(("tau_v", (1.0, 5.0, 25.0, 125.0)),),
+)

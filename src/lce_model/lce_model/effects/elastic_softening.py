@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The hot strip is softer and sags under its load: σ/E(T), E = E0 exp(-(T - T0)/T_E)."""
+
+import math
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def step(stretch: float, temperature: float, sag: float, t_e: float, t_0: float) -> float:
+    """λ with the sag; that at T0 belongs to the length at rest."""
+    return stretch + sag * math.expm1((temperature - t_0) / t_e)
+
+
+EFFECT = Effect(
+    name="elastic_softening",
+    stage="strain",
+    equation="lambda -> lambda + sigma/E0 (exp((T - T0)/T_E) - 1)",
+    parameters=(
+        Parameter("sag", "1", 0.0, 0.0, 0.1, "strain at T0 under the load σ/E0", "33 kPa under 5 g, computed"),
+        Parameter(
+            "t_e",
+            "K",
+            80.0,
+            30.0,
+            300.0,
+            "temperature over which E falls by e",
+            "plausible, no source found",
+            scale="log",
+        ),
+        Parameter("t_0", "K", 301.15, 250.0, 350.0, "reference temperature T0", "28 °C", fixed=True),
+    ),
+    outputs=("stretch",),
+    step=step,
+    strength="sag",
+    typical=0.02,
+    grid=(("t_e", (40.0, 80.0, 200.0)),),
+)

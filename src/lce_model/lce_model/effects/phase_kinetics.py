@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The transition takes time: the fraction relaxes towards that of the model, dx/dt = (x_model - x)/τ_x."""
+
+import math
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(fraction: float) -> tuple[float, float]:
+    """At the fraction of the model."""
+    return fraction, fraction
+
+
+def step(fraction: float, dt: float, late: float, tau_x: float) -> tuple[float, float]:
+    """The fraction that lags."""
+    if tau_x == 0.0:
+        return fraction, fraction
+    late = fraction + (late - fraction) * math.exp(-dt / tau_x)
+    return late, late
+
+
+EFFECT = Effect(
+    name="phase_kinetics",
+    stage="order",
+    equation="tau_x dx/dt = x_model - x",
+    parameters=(
+        Parameter(
+            "tau_x", "s", 0.0, 0.0, 100.0, "relaxation time τ_x", "plausible, no source found", scale="asinh", knee=1.0
+        ),
+    ),
+    states=("late",),
+    outputs=("fraction",),
+    start=start,
+    step=step,
+    strength="tau_x",
+    typical=1.0,
+    nudges=(0.05,),
+)

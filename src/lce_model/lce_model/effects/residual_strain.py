@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The strip keeps a little of every movement: residual contraction grows with the path, and saturates.
+
+dS = |dd| (1 - S/S_max), d → d + r S.
+"""
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(displacement: float) -> tuple[float, float, float]:
+    """Untrained."""
+    return displacement, 0.0, displacement
+
+
+def step(displacement: float, last: float, path: float, share: float, saturation: float) -> tuple[float, float, float]:
+    """Displacement before, path S [m], and displacement with the residue [m]."""
+    path = path + abs(displacement - last) * (1.0 - path / saturation)
+    return displacement, path, displacement + share * path
+
+
+EFFECT = Effect(
+    name="residual_strain",
+    stage="strain",
+    equation="d -> d + r S, dS = |dd| (1 - S/S_max)",
+    parameters=(
+        Parameter(
+            "share", "1", 0.0, 0.0, 0.05, "residual contraction per path r", "training (arXiv 2605.11455), SMA drift"
+        ),
+        Parameter(
+            "saturation",
+            "m",
+            0.05,
+            1e-3,
+            1.0,
+            "path after which it saturates S_max",
+            "plausible, no source found",
+            fixed=True,
+        ),
+    ),
+    states=(
+        "last",
+        "path",
+    ),
+    outputs=("displacement",),
+    start=start,
+    step=step,
+    strength="share",
+    typical=0.005,
+)

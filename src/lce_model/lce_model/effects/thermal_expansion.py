@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The network expands with the temperature: λ (1 + α_th (T - T_ref))."""
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def step(stretch: float, temperature: float, alpha_th: float, t_ref: float) -> float:
+    """λ with the expansion."""
+    return stretch * (1.0 + alpha_th * (temperature - t_ref))
+
+
+EFFECT = Effect(
+    name="thermal_expansion",
+    stage="strain",
+    equation="lambda -> lambda (1 + alpha_th (T - T_ref))",
+    parameters=(
+        Parameter("alpha_th", "1/K", 0.0, 0.0, 2e-3, "linear expansion coefficient α_th", "plausible, no source found"),
+        Parameter("t_ref", "K", 301.15, 250.0, 350.0, "reference temperature", "28 °C", fixed=True),
+    ),
+    outputs=("stretch",),
+    step=step,
+    strength="alpha_th",
+    typical=2e-4,
+)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bulk, whose temperature the order follows, lags the surface that the camera sees.
+
+dT_b/dt = (T - T_b)/τ_d, the first mode of the diffusion through the thickness, τ_d = t²/(π² α).
+"""
+
+import math
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(order_temperature: float) -> tuple[float, float]:
+    """Uniform."""
+    return order_temperature, order_temperature
+
+
+def step(order_temperature: float, dt: float, bulk: float, tau_d: float) -> tuple[float, float]:
+    """Temperature of the bulk [K], which is what the order follows."""
+    if tau_d == 0.0:
+        return order_temperature, order_temperature
+    bulk = order_temperature + (bulk - order_temperature) * math.exp(-dt / tau_d)
+    return bulk, bulk
+
+
+EFFECT = Effect(
+    name="thermal_gradient",
+    stage="order",
+    equation="tau_d dT_b/dt = T - T_b",
+    parameters=(
+        Parameter("tau_d", "s", 0.0, 0.0, 4.0, "diffusion time τ_d", "t²/(π² α) = 0.09 s for 0.3 mm, computed"),
+    ),
+    states=("bulk",),
+    outputs=("order_temperature",),
+    start=start,
+    step=step,
+    strength="tau_d",
+    typical=0.5,
+    nudges=(0.05,),
+)
