@@ -151,17 +151,15 @@
       ctx.setLineDash(form === "dashed" ? [6, 4] : []);
       const all = form === "points" ? 0.35 : 1;
       for (const wanted of [false, true]) {
+        const here = (i) => xs[i] != null && ys[i] != null && inside(i) === wanted;
         ctx.beginPath();
-        let pen = false;
         for (let i = 0; i < xs.length; i++) {
-          const here = xs[i] != null && ys[i] != null && inside(i) === wanted;
-          if (here) {
-            const x = toX(xs[i], sx, width, left), y = toY(ys[i], sy, height, top);
-            if (form === "points") ctx.rect(x - r, y - r, 2 * r, 2 * r);
-            else if (pen) ctx.lineTo(x, y);
-            else ctx.moveTo(x, y);
-          }
-          pen = here;
+          if (!here(i)) continue;
+          const x = toX(xs[i], sx, width, left), y = toY(ys[i], sy, height, top);
+          if (form === "points") ctx.rect(x - r, y - r, 2 * r, 2 * r);
+          else if (here(i - 1)) ctx.lineTo(x, y);
+          else ctx.moveTo(here(i + 1) ? x : x - 5 * r, y);
+          if (form !== "points" && !here(i - 1) && !here(i + 1)) ctx.lineTo(x + 5 * r, y); // alone: a dash
         }
         ctx.globalAlpha = wanted ? all : 0.12 * all;
         if (form === "points") ctx.fill(); else ctx.stroke();
