@@ -36,7 +36,7 @@ UNCERTAIN: Final = 4.0
 """A residual above the noise by no more than the share AT_NOISE + UNCERTAIN/√N is noise: the ratio of white noise to
 its estimate from N samples scatters by 1.35/√N."""
 EVEN: Final = 1.4
-"""The smallest stretch with half of the error has fewer than so many times its share of the samples: spread evenly."""
+"""The error is spread evenly where even the stretch with most of it has less than so many times its samples' share."""
 
 
 @dataclass(frozen=True)
