@@ -18,6 +18,8 @@ ROOT = Path(__file__).resolve().parents[1]
 BRINGUP = ROOT / "src" / "lce_bringup"
 LAUNCH_FILES = sorted((BRINGUP / "launch").glob("*.launch.py"))
 CONFIG_FILES = sorted((BRINGUP / "config").glob("*.yaml"))
+CONTROLLERS = tuple(dict.fromkeys(spec for mode in graph.CONTROLLERS.values() for spec in mode))
+NODES = (*graph.BENCH, *CONTROLLERS, graph.RECORDER, graph.PLAYER)
 
 
 def _console_scripts() -> dict[str, dict[str, str]]:
@@ -50,28 +52,27 @@ def test_every_node_of_a_launch_file_is_an_executable(file: Path) -> None:
 
 def test_the_launch_files_start_the_whole_bench() -> None:
     nodes = {(n["package"], n["executable"]) for file in LAUNCH_FILES for n in _nodes(file)}
-    specs = (*graph.BENCH, graph.RECORDER, graph.PLAYER)
-    assert nodes == {(spec.module.split(".")[0], spec.name) for spec in specs}
+    assert nodes == {(spec.module.split(".")[0], spec.name) for spec in NODES}
 
 
 def test_executables_and_the_modules_of_lce_run_are_the_same() -> None:
     scripts = _console_scripts()
-    for spec in (*graph.BENCH, graph.RECORDER, graph.PLAYER):
+    for spec in NODES:
         assert scripts[spec.module.split(".")[0]][spec.name] == f"{spec.module}:main"
 
 
 @pytest.mark.parametrize("file", CONFIG_FILES, ids=lambda file: file.name)
 def test_configuration_is_for_nodes_that_exist(file: Path) -> None:
-    names = {f"/**/{spec.name}" for spec in (*graph.BENCH, graph.RECORDER, graph.PLAYER)}
+    names = {f"/**/{spec.name}" for spec in NODES}
     content = yaml.safe_load(file.read_text(encoding="utf-8"))
     assert set(content) <= names
     assert all(set(entry) == {"ros__parameters"} for entry in content.values())
 
 
-@pytest.mark.parametrize("spec", graph.BENCH, ids=lambda spec: spec.name)
+@pytest.mark.parametrize("spec", [*graph.BENCH, *CONTROLLERS], ids=lambda spec: spec.name)
 def test_configured_parameters_are_declared_and_accepted(bench: Graph, spec: graph.NodeSpec) -> None:
     parameters: dict[str, Any] = {}
-    for name in ("bench.yaml", "simulated.yaml"):
+    for name in ("bench.yaml", "simulated.yaml", "control.yaml"):
         content = yaml.safe_load((BRINGUP / "config" / name).read_text(encoding="utf-8"))
         parameters |= content.get(f"/**/{spec.name}", {}).get("ros__parameters", {})
     node = bench.add(graph.node_class(spec), **parameters)
@@ -94,6 +95,11 @@ def test_a_launch_file_is_a_launch_description(file: Path) -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert isinstance(module.generate_launch_description(), LaunchDescription)
+
+
+def test_the_launch_file_of_control_knows_every_mode() -> None:
+    text = (BRINGUP / "launch" / "control.launch.py").read_text(encoding="utf-8")
+    assert f"choices={[*graph.CONTROLLERS]}".replace("'", '"') in text
 
 
 @needs_launch

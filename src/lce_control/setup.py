@@ -16,11 +16,14 @@ setup(
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="Controllers of the bench: the feed-forward service.",
+    description="Position control: filter, PID and the loops of the double closed-loop structure, and their nodes.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
             "feedforward = lce_control.feedforward_node:main",
+            "inner_controller = lce_control.inner_controller_node:main",
+            "outer_controller = lce_control.outer_controller_node:main",
+            "single_controller = lce_control.single_controller_node:main",
         ],
     },
 )

@@ -37,6 +37,12 @@ BENCH = (
     NodeSpec("thermal_camera", "lce_drivers.thermal_camera_node", "ThermalCamera"),
     NodeSpec("distance_sensor", "lce_drivers.distance_sensor_node", "DistanceSensor"),
 )
+FEEDFORWARD = NodeSpec("feedforward", "lce_control.feedforward_node", "Feedforward")
+OUTER = NodeSpec("outer_controller", "lce_control.outer_controller_node", "OuterController")
+INNER = NodeSpec("inner_controller", "lce_control.inner_controller_node", "InnerController")
+SINGLE = NodeSpec("single_controller", "lce_control.single_controller_node", "SingleController")
+CONTROLLERS = {"double": (FEEDFORWARD, OUTER, INNER), "single": (FEEDFORWARD, SINGLE)}
+"""Nodes of each mode of control."""
 
 
 @dataclass(frozen=True)

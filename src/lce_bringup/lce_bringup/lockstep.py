@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulated time for nodes in one process, as quickly as the machine can and the same every time.
 
-A tick sets every node's clock, fires the timers that are due, node by node in the order given, and hands
-over every message before the next tick begins. Publishing within a process puts a message straight into the
-readers' queues, so these are read directly: the wait sets of an executor cost ten times the work itself.
+A tick sets every node's clock, fires the timers that are due, node by node in the order given, hands over
+every message and answers every service call before the next tick begins. Publishing within a process puts a
+message straight into the readers' queues, so these are read directly: the wait sets of an executor cost ten
+times the work itself.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, cast
 
+from rclpy.client import Client
 from rclpy.clock import ROSClock
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.time import Time
 
@@ -27,13 +30,13 @@ START_NS = 1_000_000_000
 """Where simulated time begins; zero would mean "not set" to ROS."""
 _PATIENCE_S = 10.0
 _SERVICE_TICKS = 100
-"""How often, in ticks, parameter and other services are looked after."""
+"""How often, in ticks, the services that processes outside may call are looked after."""
 
 
 class Lockstep:
     """Drive `nodes`, made with use_sim_time, one tick at a time. `now_ns` is the present simulated time.
 
-    Raises LceError where the nodes do not find each other or a message does not arrive in 10 s.
+    Raises LceError where the nodes do not find each other or a message or an answer does not arrive in 10 s.
     """
 
     def __init__(self, nodes: Sequence[BenchNode]) -> None:
@@ -49,7 +52,10 @@ class Lockstep:
             topic: [node.published for node in nodes if topic in node.published] for topic in self._readers
         }
         self._delivered: Counter[str] = Counter()
-        self._executor = SingleThreadedExecutor()
+        services = {service.service_name: service for node in nodes for service in node.services}
+        clients = [client for node in nodes for client in node.clients]
+        self._calls = [(client, services[client.service_name]) for client in clients if client.service_name in services]
+        self._executor = SingleThreadedExecutor(context=nodes[0].context)
         for node in nodes:
             self._executor.add_node(node)
         self._wait_for_matches()
@@ -64,6 +70,9 @@ class Lockstep:
                 timer.handle.call_timer()
                 timer.callback()
         self._deliver()
+        for client, service in self._calls:
+            if client._pending_requests:
+                self._answer(client, service)
         if self.now_ns // TICK_NS % _SERVICE_TICKS == 0:
             self._executor.spin_once(timeout_sec=0)
 
@@ -90,6 +99,19 @@ class Lockstep:
                         for _ in range(due):
                             self._hand_over(reader)
 
+    def _answer(self, client: Client, service: Service) -> None:
+        """Serve what a client has asked and hand it the answers."""
+        end = time.monotonic() + _PATIENCE_S
+        while client._pending_requests:
+            request, header = service.handle.service_take_request(service.srv_type.Request)
+            if header is not None:
+                service.send_response(service.callback(request, service.srv_type.Response()), header)
+            header, response = client.handle.take_response(client.srv_type.Response)
+            if header is not None:
+                client.get_pending_request(header.request_id.sequence_number).set_result(response)
+            if time.monotonic() > end:
+                raise LceError(f"an answer of {client.srv_name} did not arrive in {_PATIENCE_S:g} s")
+
     def _hand_over(self, reader: Subscription) -> None:
         message = reader.handle.take_message(reader.msg_type, reader.raw)
         if message is None:  # never seen with Fast DDS, which delivers within the process before publish returns
@@ -115,3 +137,6 @@ class Lockstep:
                     if time.monotonic() > end:
                         raise LceError(f"subscribers of {publisher.topic_name} were not found in {_PATIENCE_S:g} s")
                     self._executor.spin_once(timeout_sec=0.01)
+        for client, _ in self._calls:
+            if not client.wait_for_service(_PATIENCE_S):
+                raise LceError(f"service {client.srv_name} was not found in {_PATIENCE_S:g} s")

@@ -4,10 +4,13 @@
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lce_model.errors import LceError
 from lce_model.model import Floats, Model
 from lce_model.simulate import simulate
+
+COLDEST_K, HOTTEST_K, STEP_K = 290.0, 400.0, 0.025
 
 Branch = Literal["middle", "heating", "cooling"]
 BRANCHES: tuple[Branch, ...] = ("middle", "heating", "cooling")
@@ -36,7 +39,9 @@ class InverseChart:
     heating_m, cooling_m : (n,) displacement on each branch of the major loop at those temperatures.
     """
 
-    def __init__(self, model: Model, coldest_k: float = 290.0, hottest_k: float = 400.0, samples: int = 4401) -> None:
+    def __init__(
+        self, model: Model, coldest_k: float = COLDEST_K, hottest_k: float = HOTTEST_K, samples: int = 4401
+    ) -> None:
         if model.deformation == "none":
             raise LceError("an inverse chart needs a model with a deformation stage")
         if not 200.0 <= coldest_k < hottest_k <= 600.0:
@@ -77,3 +82,40 @@ class InverseChart:
             self.temperature_grid_k[i - 1]
             + min(share, 1.0) * (self.temperature_grid_k[i] - self.temperature_grid_k[i - 1])
         )
+
+
+def temperature_from_here_k(
+    model: Model, time_s: ArrayLike, temperature_k: ArrayLike, displacement_m: float, deadband_k: float = 0.3
+) -> float:
+    """Temperature [K] that brings a strip from where it is to a displacement [m]: the branch that it is really on.
+
+    The measured past, ``time_s`` and ``temperature_k`` (n,), leads the model to the present state; from there it is
+    heated slowly if the displacement is larger than the present one, cooled if it is smaller, until it is reached.
+    Minor loops are so followed as the model has them. Without a past the strip is cold and at rest. Reversals of the
+    measured temperature smaller than ``deadband_k`` are taken for noise. OutOfReach names what the two ways reach.
+    """
+    time, past = np.asarray(time_s, dtype=np.float64), np.asarray(temperature_k, dtype=np.float64)
+    if past.size == 0:
+        time, past = np.array([0.0]), np.array([COLDEST_K])
+
+    def way(end_k: float) -> tuple[Floats, Floats]:
+        there = np.linspace(past[-1], end_k, 2 + int(abs(end_k - past[-1]) / STEP_K))[1:]
+        t = np.concatenate([time, time[-1] + 1.0 + np.arange(there.size)])
+        d = simulate(model, t, None, temperature_k=np.concatenate([past, there]), deadband_k=deadband_k).displacement_m
+        return np.concatenate([past[-1:], there]), d[past.size - 1 :]
+
+    temperature, d = way(HOTTEST_K)
+    sign = 1.0
+    if displacement_m < d[0]:
+        hottest_m = float(d.max())
+        temperature, d = way(COLDEST_K)
+        sign = -1.0
+    reached = np.flatnonzero(sign * d >= sign * displacement_m)
+    if reached.size == 0:
+        lower, upper = (float(way(COLDEST_K)[1].min()), float(d.max())) if sign > 0.0 else (float(d.min()), hottest_m)
+        raise OutOfReach(displacement_m, lower, upper)
+    i = int(reached[0])
+    if i == 0:
+        return float(temperature[0])
+    share = (displacement_m - d[i - 1]) / (d[i] - d[i - 1])
+    return float(temperature[i - 1] + share * (temperature[i] - temperature[i - 1]))

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which target a controller follows: what the nodes with a `target_displacement` share."""
+
+import math
+from typing import Final
+
+from rclpy.task import Future
+from std_msgs.msg import Float64
+
+from lce_interfaces.srv import InverseTemperature
+from lce_ros.conversions import to_kelvin
+from lce_ros.node import BenchNode
+
+PATIENCE_S: Final = 1.0
+
+
+class Goal:
+    """The newest target that the strip can reach, and its temperature, both from the service inverse_temperature.
+
+    A target out of reach is refused: the one before it stays (before the first there is none), and ``refusal`` says
+    why, with the reachable range, until the next target comes.
+
+    Attributes
+    ----------
+    target_m, temperature_k : NaN while there is none.
+    refusal : why the newest target is not followed; None where it is.
+    """
+
+    def __init__(self, node: BenchNode) -> None:
+        self.target_m = self.temperature_k = math.nan
+        self.refusal: str | None = None
+        self._node = node
+        self._wanted_m: float | None = None
+        self._asked: Future | None = None
+        self._asking_m = math.nan
+        self._asked_s = -math.inf
+        node.listen(Float64, "target_displacement", self._hear, latched=True)
+        self._client = node.create_client(InverseTemperature, "inverse_temperature")
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a target to follow."""
+        return not math.isnan(self.target_m)
+
+    def look(self, t_s: float) -> None:
+        """Ask about a new target; to be called in every tick. An answer that does not come is asked for again."""
+        if self._asked is not None and not 0.0 <= t_s - self._asked_s < PATIENCE_S:
+            self._client.remove_pending_request(self._asked)
+            self._asked = None
+            if self._wanted_m is None:
+                self._wanted_m = self._asking_m
+        if self._asked is None and self._wanted_m is not None and self._client.service_is_ready():
+            self._ask(self._wanted_m, t_s)
+
+    def _ask(self, target_m: float, t_s: float) -> None:
+        self._wanted_m, self._asking_m, self._asked_s = None, target_m, t_s
+        self._asked = self._client.call_async(InverseTemperature.Request(displacement=target_m))
+        self._asked.add_done_callback(lambda future: self._answered(target_m, future.result()))
+
+    def _hear(self, message: Float64) -> None:
+        self._wanted_m = message.data
+
+    def _answered(self, wanted_m: float, answer: InverseTemperature.Response) -> None:
+        self._asked = None
+        if answer.success:
+            self.target_m, self.temperature_k, self.refusal = wanted_m, to_kelvin(answer.temperature), None
+            return
+        stays = f"{self.target_m * 1e3:.3f} mm stays the target" if self.exists else "there is no target"
+        self.refusal = f"target refused: {answer.message}; {stays}"
+        self._node.get_logger().error(self.refusal)
