@@ -158,6 +158,12 @@ def test_every_kind_of_block_is_on_the_page() -> None:
         assert word in text
 
 
+def test_a_whole_bar_may_stand_for_more_than_the_largest_value() -> None:
+    group = Group("g", "model", np.array([0.25, 2.0]))
+    text = render("t", (), (Section("s", (Bars("b", "1", ("quarter", "more"), (group,), ".0%", full=1.0),)),))
+    assert re.findall(r"width:([\d.]+)%", text.partition("<main>")[2]) == ["25.00", "100.00"]
+
+
 def test_hostile_names_stay_text() -> None:
     evil = '</script><script>alert("&1")</script>'
     x = np.arange(3.0)

@@ -102,7 +102,10 @@ class Group:
 
 @dataclass(frozen=True)
 class Bars:
-    """Horizontal bars from zero, a group under the other; ``mark`` is a threshold; unit "1" is a pure number."""
+    """Horizontal bars from zero, a group under the other; unit "1" is a pure number.
+
+    ``mark`` is a threshold; ``full`` is the value of a whole bar, else the largest there is.
+    """
 
     title: str
     unit: str
@@ -110,6 +113,7 @@ class Bars:
     groups: Sequence[Group]
     digits: str = ".3g"
     mark: float | None = None
+    full: float | None = None
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def _where(quantity: Quantity, found: ErrorShares) -> Grid:
     return Grid(
         (
             _share_table(quantity, f"{title} by regime", "", tuple(found.quarters), regimes),
-            Bars(f"{title} beside the samples", "1", tuple(alone), (error, samples), ".0%"),
+            Bars(f"{title} beside the samples", "1", tuple(alone), (error, samples), ".0%", full=1.0),
             _share_table(quantity, f"{title} by run and cycle", "cycle", [str(n) for n in cycles], by_run),
         ),
         (6, 6, 5),

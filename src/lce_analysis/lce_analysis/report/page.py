@@ -158,7 +158,7 @@ def _heat(heat: Heat) -> str:
 def _bars(bars: Bars) -> str:
     """One row for each label: its bars, and their numbers."""
     numbers = [v for g in bars.groups for v in g.values.tolist() if np.isfinite(v)]
-    whole = max([*numbers, bars.mark or 0.0]) or 1.0
+    whole = bars.full or max([*numbers, bars.mark or 0.0]) or 1.0
     mark = "" if bars.mark is None else f'<i class="mark" style="left:{bars.mark / whole * 100:.2f}%"></i>'
     keys = "".join(
         f'<th scope="col"><i class="key" style="background:var(--{g.role})"></i>{_text(g.label)}</th>'
@@ -167,7 +167,7 @@ def _bars(bars: Bars) -> str:
     rows = []
     for i, label in enumerate(bars.labels):
         values = [float(g.values[i]) for g in bars.groups]
-        widths = [max(v, 0.0) / whole * 100 if np.isfinite(v) else 0.0 for v in values]
+        widths = [min(max(v, 0.0) / whole, 1.0) * 100 if np.isfinite(v) else 0.0 for v in values]
         drawn = "".join(
             f'<b style="width:{w:.2f}%;background:var(--{g.role})"></b>'
             for w, g in zip(widths, bars.groups, strict=True)
