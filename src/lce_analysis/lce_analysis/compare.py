@@ -194,7 +194,8 @@ def _sentence(quantity: Quantity, stages: Sequence[tuple[str, Stage]], found: Er
     size = f"{worst_run} the residual is {rms} rms, {over:.3g} × the noise"
     most = found.most
     if most.error_share < EVEN * most.sample_share:
-        return f"The squared error of {symbol} is spread evenly over temperatures, branches, holds and ramps; {size}."
+        everywhere = f"The squared error of {symbol} is spread evenly over temperatures, branches, holds and ramps"
+        return f"{everywhere}{_one_run(found)}; {size}."
     branch = "both branches" if most.branch is None else f"the {most.branch} branch"
     held = {None: "", True: ", while the temperature is held,", False: ", while it ramps,"}[most.held]
     return (

@@ -56,8 +56,8 @@ def test_an_error_on_one_branch_is_found_and_put_into_words(strip: Model, record
 
 
 def test_an_error_everywhere_is_said_to_be_spread(strip: Model, recorded: Record) -> None:
-    found = compare(strip, [recorded(extra=lambda t, k, d: 40e-6)])
-    assert "spread evenly" in found.sentences[0]
+    found = compare(strip, [recorded("right", seed=1), recorded("wrong", extra=lambda t, k, d: 40e-6)])
+    assert "spread evenly" in found.sentences[0] and "; wrong alone holds 9" in found.sentences[0]
 
 
 def test_metrics_of_a_known_residual(strip: Model, recorded: Record) -> None:

@@ -114,8 +114,10 @@ def _over(stage: Stage, over: str, linked: str, height: int = 200) -> Loop:
         if which.any():
             cloud = values[which], stage.residual[which] * factor
             clouds.append(Trace(branch, *cloud, branch, at=stage.time_s[which]))
-        if np.isfinite(mean).any():
-            means.append(Trace("its mean", found.centre, mean * factor, branch, "line"))
+        seen = np.flatnonzero(np.isfinite(mean))
+        if seen.size:
+            span = slice(seen[0], seen[-1] + 1)
+            means.append(Trace("its mean", found.centre[span], mean[span] * factor, branch, "line"))
     return Loop(
         f"{axis.name} over {OVER[over].name}", OVER[over], axis, (*clouds, *means), linked=linked, height=height
     )
