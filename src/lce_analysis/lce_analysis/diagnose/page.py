@@ -5,19 +5,21 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from lce_analysis.compare import Comparison, Stage, compare
+from lce_analysis.compare import Comparison, Quantity, Stage, compare
 from lce_analysis.diagnose.addition import Addition
 from lce_analysis.diagnose.diagnosis import Diagnosis
+from lce_analysis.diagnose.structure import STRUCTURED, Dependence
 from lce_analysis.experiment import Run
 from lce_analysis.predict import DISTANCE
-from lce_analysis.report import Axis, Bars, Block, Curve, Grid, Group, Lines, Section, Table, provenance, render
+from lce_analysis.report import Axis, Bars, Block, Curve, Grid, Group, Lines, Section, Table, falls, provenance, render
+from lce_analysis.report.run import RESIDUAL
 
-SHOWN_DEPENDENCES = 3
-MICRO = 1e6
-AXES = {"temperature": Axis("temperature T", "°C"), "displacement": Axis("displacement d", "mm")}
-RESIDUAL_AXES = {"temperature": Axis("residual of T", "K"), "displacement": Axis("residual of d", "µm")}
-TO_AXIS = {"temperature": (1.0, 1.0), "displacement": (1e3, MICRO)}
-"""Factors from the unit of a stage to the axes of the overlay and of the residual."""
+SHOWN = 3
+"""Dependences of the rest that are drawn."""
+LEAST = 0.005
+"""Share of the error below which nothing is drawn."""
+MODELLED = {"temperature": (Axis("temperature T", "°C"), 1.0), "displacement": (Axis("displacement d", "mm"), 1e3)}
+"""Axis of an overlay, and the factor from the unit of a stage to it."""
 
 
 def page(found: Diagnosis, runs: Sequence[Run], test_runs: Sequence[Run] = ()) -> str:
@@ -26,7 +28,7 @@ def page(found: Diagnosis, runs: Sequence[Run], test_runs: Sequence[Run] = ()) -
     before, after = compare(found.before, every), compare(found.model, every)
     sections = [
         Section("Candidates", _candidates(found)),
-        Section("The error, before and after", [*_falls(before, after), *_steps(found)]),
+        Section("The error, before and after", [*_steps(found), *falls(before, after, {r.name for r in test_runs})]),
         Section("What is left", _rest(found)),
         *_overlays(before, after, {r.name for r in test_runs}),
     ]
@@ -49,7 +51,9 @@ def addition_page(addition: Addition, before: Comparison, after: Comparison, hel
     ]
     head = ("model", "train T", "train d", "test T", "test d", "verdict")
     sections = [
-        Section("The error, before and after", [*_falls(before, after), Table("Models tried (NRMSE)", head, rows)]),
+        Section(
+            "The error, before and after", [*falls(before, after, held_out), Table("Models tried (NRMSE)", head, rows)]
+        ),
         *_overlays(before, after, held_out),
     ]
     runs = [c.run for c in after.runs]
@@ -57,7 +61,7 @@ def addition_page(addition: Addition, before: Comparison, after: Comparison, hel
 
 
 def _candidates(found: Diagnosis) -> list[Block]:
-    strong = [s for s in found.scores if s.evidence > 0.0]
+    strong = sorted((s for s in found.scores if s.predicted_fall > LEAST), key=lambda s: -s.predicted_fall)
     rows = [
         (
             s.effect.name,
@@ -65,7 +69,7 @@ def _candidates(found: Diagnosis) -> list[Block]:
             f"{s.evidence:.4g}",
             f"{s.p_value:.1e}",
             f"{s.visibility:.1%}",
-            f"{s.expected_strength:.3g} {s.effect.parameter(s.effect.strength).unit}",
+            f"{s.expected_strength:.3g} {s.effect.parameter(s.effect.strength).unit}".removesuffix(" 1"),
             f"{s.predicted_fall:.1%}",
             ", ".join(found.aliases[s.effect.name]),
         )
@@ -86,27 +90,6 @@ def _candidates(found: Diagnosis) -> list[Block]:
     ]
 
 
-def _falls(before: Comparison, after: Comparison) -> list[Block]:
-    blocks: list[Block] = []
-    for quantity in ("temperature", "displacement"):
-        pairs = [(a.run.name, x, y) for a, b in zip(before.runs, after.runs, strict=True)
-                 for x, y in zip(a.stages, b.stages, strict=True) if x.quantity == quantity]  # fmt: skip
-        if pairs:
-            blocks.append(
-                Bars(
-                    f"Error of the {quantity}, in units of the sensor's noise",
-                    "1",
-                    [name for name, _, _ in pairs],
-                    [
-                        Group("before", "before", np.array([x.metrics.over_noise for _, x, _ in pairs])),
-                        Group("after", "after", np.array([y.metrics.over_noise for _, _, y in pairs])),
-                    ],
-                    mark=1.0,
-                )
-            )
-    return blocks
-
-
 def _steps(found: Diagnosis) -> list[Block]:
     steps = [
         (s.added, ", ".join(s.alias_set[1:]), f"{s.predicted_fall:.1%}", f"{s.actual_fall:.1%}") for s in found.steps
@@ -115,25 +98,30 @@ def _steps(found: Diagnosis) -> list[Block]:
 
 
 def _rest(found: Diagnosis) -> list[Block]:
-    if not found.rest:
+    if len(found.rest) == 0:
         return ["Only one run was given: whether the rest repeats itself cannot be told."]
-    top = found.rest[:SHOWN_DEPENDENCES]
+    left = [d for d in found.rest if d.share > LEAST]
+    if not left:
+        return ["Nothing that repeats itself: no quantity predicts any of the residual in runs that were left out."]
     figures = []
-    for d in top:
-        quantity = "displacement" if d.column == DISTANCE else "temperature"
+    for d in left[:SHOWN]:
+        quantity: Quantity = "displacement" if d.column == DISTANCE else "temperature"
+        axis, factor = RESIDUAL[quantity]
         if d.x.size > 1:
-            curve = Curve("mean residual", d.curve * TO_AXIS[quantity][1], "residual")
-            figures.append(
-                Lines(f"{d.share:.0%} of the rest", Axis(d.covariate, d.unit), RESIDUAL_AXES[quantity], d.x, [curve])
-            )
-    names = [f"{'d' if d.column == DISTANCE else 'T'} against {d.covariate}" for d in found.rest]
-    shares = np.array([max(d.share, 0.0) for d in found.rest])
+            curve = Curve("mean residual", d.curve * factor, "residual")
+            figures.append(Lines(_against(d), Axis(d.covariate, d.unit), axis, d.x, [curve]))
+    shares = np.array([d.share for d in left])
     return [
         "How much of the residual's variance a curve over each quantity predicts in runs that were left out. Noise "
         "gives nothing.",
-        Bars("Predictable share of the rest", "1", names, [Group("share", "residual", shares)], digits=".0%"),
-        Grid(figures, (1,) * len(figures)) if figures else "No quantity predicts any of it.",
-    ]
+        Bars("Predictable share of the rest", "1", [_against(d) for d in left], [Group("share", "residual", shares)],
+             digits=".0%", mark=STRUCTURED),
+        *([Grid(figures, (1,) * len(figures))] if figures else []),
+    ]  # fmt: skip
+
+
+def _against(d: Dependence) -> str:
+    return f"{'d' if d.column == DISTANCE else 'T'} against {d.covariate}"
 
 
 def _overlays(before: Comparison, after: Comparison, held_out: Collection[str]) -> list[Section]:
@@ -149,16 +137,16 @@ def _overlays(before: Comparison, after: Comparison, held_out: Collection[str]) 
 
 def _overlay(before: Stage, after: Stage, run: str) -> list[Block]:
     q = before.quantity
-    scale, fine = TO_AXIS[q]
+    (axis, scale), (residual_axis, fine) = MODELLED[q], RESIDUAL[q]
     time = Axis("time", "s")
     return [
         Lines(
             q,
             time,
-            AXES[q],
+            axis,
             before.time_s,
             [
-                Curve("measured", before.measured * scale, "measured", "points"),
+                Curve("measured", before.measured * scale, "measured"),
                 Curve("before", before.modelled * scale, "before", "dashed"),
                 Curve("after", after.modelled * scale, "after"),
             ],
@@ -167,7 +155,7 @@ def _overlay(before: Stage, after: Stage, run: str) -> list[Block]:
         Lines(
             f"residual of the {q}",
             time,
-            RESIDUAL_AXES[q],
+            residual_axis,
             before.time_s,
             [
                 Curve("before", before.residual * fine, "before"),
