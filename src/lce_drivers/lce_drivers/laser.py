@@ -98,6 +98,11 @@ class PowerGuard:
         self._power_w, self._applied_s = wanted, now_s
         return wanted
 
+    def cut(self, now_s: float) -> float:
+        """Zero power all the same [W]: something else forbids light. A later rise begins there."""
+        self._power_w, self._applied_s = 0.0, now_s
+        return 0.0
+
     def _wanted(self, command: float | None, age_s: float) -> tuple[float, State]:
         if command is None:
             return 0.0, State.WAITING

@@ -2,14 +2,22 @@
 """Node `laser`: the last word on laser power.
 
 Subscribes  laser/power_command  std_msgs/Float64, W
+            temperature          sensor_msgs/Temperature, °C; header.stamp is the time of measurement
 Publishes   laser/power          std_msgs/Float64, W as applied, 100 Hz
+Serves      laser/reset          std_srvs/Trigger: clears a fault, once its cause is gone
 Parameters  max_power_w          W, upper limit of what is ever applied
             slew_w_per_s         W/s, fastest rise, 0 for no limit
             command_timeout_s    s, a command older than this counts as none
+            temperature_required false declares a bench without a thermal camera; else there is no light without one
+            max_temperature_c    °C, above it: fault
+            max_jump_k           K, more between two readings: fault
+            temperature_pause_s  s, a temperature older than this: zero power until there is a new one
+            temperature_fault_s  s, a temperature older than this while light is wanted: fault
             device               simulated | labjack
             labjack.*            host, port, volts_per_watt, threshold_v, max_v, timeout_s, watchdog_s
 
-Zero power without a fresh, finite command, and on every way out of the process. What no process can do for
+Zero power without a fresh, finite command, without a fresh temperature, from a fault of the temperature until
+laser/reset, and on every way out of the process. What no process can do for
 itself after `kill -9` is done where the power arrives: the simulator takes a laser/power older than 100 ms
 for zero, and the hardware's watchdog pulls its output to zero. A device that cannot be written ends the node
 with status 1.
@@ -22,10 +30,14 @@ from typing import Any, Final
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
+from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 
+from lce_drivers.interlock import Interlock, TemperatureLimits
 from lce_drivers.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser import PowerGuard, PowerLimits, PowerOutput, SimulatedOutput, State
+from lce_ros.conversions import from_stamp, to_kelvin
 from lce_ros.health import Level
 from lce_ros.node import BenchNode, NodeFault, run
 
@@ -88,10 +100,14 @@ class Laser(BenchNode):
         device = self.declare("device", "simulated", "what drives the laser", choices=tuple(DEVICES), read_only=True)
         self._output = DEVICES[device](self)
         self._guard = PowerGuard(self._limits())
+        self._interlock = self._supervise()
+        self._logged_fault: str | None = None
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
         self._power = self.advertise(Float64, "laser/power")
         self._closed = False
         self.listen(Float64, "laser/power_command", lambda m: self._guard.command(m.data, self.now_s()))
+        self.listen(Temperature, "temperature", self._hear_temperature)
+        self.create_service(Trigger, "laser/reset", self._reset)
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._look_for_rivals)
         if not self.on_sim_time:
@@ -114,14 +130,43 @@ class Laser(BenchNode):
             self._power.wait_for_all_acked(Duration(seconds=LAST_WORD_S))
 
     def _tick(self) -> None:
-        power_w = self._guard.power_w(self.tick_s, self.now_s())
+        now_s = self.now_s()
+        power_w = self._guard.power_w(self.tick_s, now_s)
+        permitted = self._interlock is None or self._interlock.permits(now_s, wanted=power_w > 0.0)
+        if not permitted:
+            power_w = self._guard.cut(now_s)
+            self._log_fault()
         try:
             self._output.write(power_w)
         except OSError as error:
             raise NodeFault(f"laser: {error}") from error
         self._power.publish(Float64(data=power_w))
-        state = self._guard.state
-        self.report(LEVELS[state], state.value, power_w=power_w, invalid_commands=self._guard.invalid_commands)
+        self.report(*self._condition(permitted), power_w=power_w, invalid_commands=self._guard.invalid_commands)
+
+    def _condition(self, permitted: bool) -> tuple[Level, str]:
+        if permitted or self._interlock is None:
+            return LEVELS[self._guard.state], self._guard.state.value
+        if self._interlock.fault is None:
+            return Level.WARN, "no fresh temperature: zero power"
+        return Level.ERROR, f"fault: {self._interlock.fault}; zero power until laser/reset"
+
+    def _log_fault(self) -> None:
+        fault = None if self._interlock is None else self._interlock.fault
+        if fault is not None and fault != self._logged_fault:
+            self.get_logger().error(f"fault: {fault}; zero power until laser/reset")
+        self._logged_fault = fault
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        fault = None if self._interlock is None else self._interlock.fault
+        if self._interlock is None or fault is None:
+            response.success, response.message = True, "there was no fault"
+            return response
+        obstacle = self._interlock.reset(self.now_s())
+        response.success = obstacle is None
+        response.message = f"cleared: {fault}" if obstacle is None else f"not cleared, {obstacle}: {fault}"
+        self._logged_fault = None
+        self.get_logger().warning(response.message)
+        return response
 
     def _look_for_rivals(self) -> None:
         commanders = self.count_publishers("laser/power_command")
@@ -134,6 +179,25 @@ class Laser(BenchNode):
             raise NodeFault(f"laser: no tick for {CLOCK_CHECK_S:g} s: the system clock was set back")
         self._seen_ticks = self.ticks
 
+    def _supervise(self) -> Interlock | None:
+        def number(name: str, default: float, description: str, unit: str, lower: float, upper: float) -> None:
+            self.declare(name, default, description, unit=unit, lower=lower, upper=upper)
+
+        number("max_temperature_c", 120.0, "highest temperature of the strip", "°C", -50.0, 300.0)
+        number("max_jump_k", 10.0, "largest change between two readings", "K", 0.1, 1000.0)
+        number("temperature_pause_s", 0.2, "age of a temperature at which light pauses", "s", 0.05, 0.45)
+        number("temperature_fault_s", 0.5, "age of a temperature that is a fault", "s", 0.46, 5.0)
+        required = self.declare("temperature_required", True, "false: a bench without a thermal camera", read_only=True)
+        return Interlock(self._temperature_limits()) if required else None
+
+    def _temperature_limits(self) -> TemperatureLimits:
+        numbers = (self.value(name) for name in ("max_jump_k", "temperature_pause_s", "temperature_fault_s"))
+        return TemperatureLimits(to_kelvin(self.value("max_temperature_c")), *numbers)
+
+    def _hear_temperature(self, message: Temperature) -> None:
+        if self._interlock is not None:
+            self._interlock.read(to_kelvin(message.temperature), from_stamp(message.header.stamp))
+
     def _limits(self) -> PowerLimits:
         return PowerLimits(
             min(self.value("max_power_w"), self._output.max_power_w),
@@ -143,6 +207,8 @@ class Laser(BenchNode):
 
     def _follow_parameters(self) -> None:
         self._guard.limits = self._limits()
+        if self._interlock is not None:
+            self._interlock.limits = self._temperature_limits()
 
 
 def main(args: list[str] | None = None) -> int:

@@ -186,7 +186,10 @@ def started(bench: Graph, device: LabJackEmulator) -> subprocess.Popen[str]:
     """The laser node as a process, its light on."""
     settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
     process = bench.start(
-        "lce_drivers.laser_node", device="labjack", **{f"labjack.{k}": v for k, v in settings.items()}
+        "lce_drivers.laser_node",
+        device="labjack",
+        temperature_required="false",
+        **{f"labjack.{k}": v for k, v in settings.items()},
     )
     probe = bench.probe()
     commands = probe.advertise(Float64, "laser/power_command")
@@ -236,7 +239,13 @@ def test_a_laser_without_calibration_or_on_simulated_time_does_not_start(bench: 
 
 def test_the_limit_is_never_above_what_the_device_can_give(bench: Graph, device: LabJackEmulator) -> None:
     settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 10.0, "timeout_s": 0.5}
-    bench.add(Laser, device="labjack", max_power_w=2.0, **{f"labjack.{k}": v for k, v in settings.items()})
+    bench.add(
+        Laser,
+        device="labjack",
+        temperature_required=False,
+        max_power_w=2.0,
+        **{f"labjack.{k}": v for k, v in settings.items()},
+    )
     probe = bench.probe()
     commands = probe.advertise(Float64, "laser/power_command")
     power = bench.hear(Float64, "laser/power", probe)

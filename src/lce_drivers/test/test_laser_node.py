@@ -41,7 +41,7 @@ class Commander:
 
 
 def shining(bench: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.Popen[str]]:
-    process = bench.start(LASER)
+    process = bench.start(LASER, temperature_required="false")
     commander = Commander(bench)
     commander.command = power_w
     bench.until(lambda: commander.last() == power_w, 20.0, "the laser shining")
@@ -50,7 +50,7 @@ def shining(bench: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.P
 
 def test_the_laser_follows_in_100_hz(bench: Graph) -> None:
     commander = Commander(bench)
-    bench.add(Laser)
+    bench.add(Laser, temperature_required=False)
     commander.command = 0.5
     bench.until(lambda: commander.last() == 0.5)
     before = len(commander.power)
@@ -62,7 +62,7 @@ def test_the_laser_follows_in_100_hz(bench: Graph) -> None:
 
 def test_zero_until_the_first_command_and_after_the_last(bench: Graph) -> None:
     commander = Commander(bench)
-    bench.add(Laser)
+    bench.add(Laser, temperature_required=False)
     bench.until(lambda: len(commander.power) >= 20)
     assert set(commander.power.data) == {0.0}
     commander.command = 1.0
@@ -75,7 +75,7 @@ def test_zero_until_the_first_command_and_after_the_last(bench: Graph) -> None:
 
 def test_the_time_out_is_exact_in_simulated_time(bench: Graph) -> None:
     commander = Commander(bench, sim_time=True)
-    bench.add(Laser, sim_time=True)
+    bench.add(Laser, temperature_required=False, sim_time=True)
     bench.until(lambda: commander.publisher.get_subscription_count() == 1)
     commander.command = 1.0
     bench.lockstep(10)
@@ -88,7 +88,7 @@ def test_the_time_out_is_exact_in_simulated_time(bench: Graph) -> None:
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, -0.5])
 def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(bench: Graph, command: float) -> None:
     commander = Commander(bench)
-    bench.add(Laser)
+    bench.add(Laser, temperature_required=False)
     told = bench.hear(DiagnosticArray, "/diagnostics", commander.node)
     commander.command = 0.5
     bench.until(lambda: commander.last() == 0.5)
@@ -108,7 +108,7 @@ def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(bench: Graph, comma
 
 def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(bench: Graph) -> None:
     commander = Commander(bench)
-    laser = bench.add(Laser, max_power_w=1.5)
+    laser = bench.add(Laser, temperature_required=False, max_power_w=1.5)
     commander.command = 50.0
     bench.until(lambda: commander.last() == 1.5)
     [result] = laser.set_parameters([Parameter("max_power_w", value=0.75)])
@@ -121,7 +121,7 @@ def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(
     [("max_power_w", 11.0), ("max_power_w", math.nan), ("command_timeout_s", 5.0), ("device", "x")],
 )
 def test_parameters_out_of_range_are_refused_live_and_at_the_start(bench: Graph, name: str, value: object) -> None:
-    laser = bench.add(Laser)
+    laser = bench.add(Laser, temperature_required=False)
     [result] = laser.set_parameters([Parameter(name, value=value)])
     assert not result.successful and name in result.reason
     with pytest.raises(ValueError, match=name):
@@ -130,7 +130,7 @@ def test_parameters_out_of_range_are_refused_live_and_at_the_start(bench: Graph,
 
 def test_two_commanders_are_reported(bench: Graph) -> None:
     first, second = Commander(bench), bench.probe("rival")
-    bench.add(Laser)
+    bench.add(Laser, temperature_required=False)
     second.advertise(Float64, "laser/power_command")
     told = bench.hear(DiagnosticArray, "/diagnostics", first.node)
     bench.until(
@@ -184,7 +184,7 @@ class Failing(Laser):
             {statement}
 sys.exit(run(Failing))
 """
-    process = bench.start(LASER, code=code)
+    process = bench.start(LASER, temperature_required="false", code=code)
     commander = Commander(bench)
     commander.command = 0.5
     bench.until(lambda: commander.last() == 0.5, 20.0, "the laser shining")
@@ -194,7 +194,7 @@ sys.exit(run(Failing))
 
 
 def test_a_clock_that_stands_still_ends_the_node(bench: Graph) -> None:
-    laser = bench.add(Laser)
+    laser = bench.add(Laser, temperature_required=False)
     bench.spin_for(0.3)
     for timer in laser.timers:
         if timer.clock is laser.get_clock():
@@ -204,7 +204,7 @@ def test_a_clock_that_stands_still_ends_the_node(bench: Graph) -> None:
 
 
 def test_a_bad_parameter_is_one_line_and_status_1(bench: Graph) -> None:
-    process = bench.start(LASER, max_power_w=99.0)
+    process = bench.start(LASER, temperature_required="false", max_power_w=99.0)
     out, error = process.communicate(timeout=20)
     assert process.returncode == 1
     assert out == "" and error.count("\n") == 1

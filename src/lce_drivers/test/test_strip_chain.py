@@ -109,7 +109,7 @@ def test_real_time_is_simulated_time_within_the_noise(bench: Graph) -> None:
 
 
 def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
-    laser = bench.start("lce_drivers.laser_node")
+    laser = bench.start("lce_drivers.laser_node", temperature_required="false")
     bench.add(Simulator)
     probe = bench.probe()
     commands = probe.advertise(Float64, "laser/power_command")
