@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnose.examine import Score
-from lce_analysis.diagnose.search import ALIKE, VISIBLE, Search, Step
+from lce_analysis.diagnose.search import ALIKE, Search, Step
 from lce_analysis.diagnose.structure import STRUCTURED, Dependence, dependences, in_words
 from lce_analysis.experiment import Run
 from lce_analysis.fit.least_squares import Progress
@@ -180,9 +180,9 @@ def _in_words(found: Diagnosis) -> list[str]:
             "Something may be missing, but these data cannot tell what: the effects that would help are masked by the "
             "free parameters, or fail on runs left out."
         )
-    masked = [s.effect.name for s in found.scores if s.visibility < VISIBLE]
+    masked = [s.effect.name for s in found.scores if not s.shown]
     if masked and found.verdict != "unexplained":
-        words.append(f"These data would not show: {', '.join(masked)}.")
+        words.append(f"These data would not show, at any strength within its bounds: {', '.join(masked)}.")
     return words
 
 

@@ -49,7 +49,10 @@ def directions(effect: Effect) -> list[Direction]:
 
 @dataclass(frozen=True)
 class Score:
-    """The score test of one effect, at the direction that explains most."""
+    """The score test of one effect, at the direction that explains most.
+
+    detectable : smallest strength, beyond the null value, whose evidence would reach ``bar`` of the examination.
+    """
 
     effect: Effect
     direction: Direction
@@ -58,7 +61,14 @@ class Score:
     p_value: float
     visibility: float
     expected_strength: float
+    detectable: float
     predicted_fall: float
+
+    @property
+    def shown(self) -> bool:
+        """Would these data show the effect at some strength within its bounds?"""
+        spec = self.effect.parameter(self.effect.strength)
+        return self.detectable <= max(spec.upper - self.effect.null, self.effect.null - spec.lower)
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,7 @@ class Examination:
 
     white, plain : free parameters projected out of the directions, whitened by ``noise`` and in units of it.
     s2 : variance of the whitened residual that all directions together leave.
+    bar : evidence from which chance is ruled out.
     """
 
     settled: Settled
@@ -75,6 +86,7 @@ class Examination:
     white: Projection
     plain: Projection
     s2: float
+    bar: float
 
     @cached_property
     def scores(self) -> list[Score]:
@@ -114,6 +126,7 @@ class Examination:
             p_value=p_value(evidence, effect.one_sided, count),
             visibility=float(self.white.visibility[j]),
             expected_strength=effect.null + change,
+            detectable=float(np.sqrt(self.bar * self.s2 / norm)) if (norm := self.white.after[j, j]) > 0.0 else np.inf,
             predicted_fall=max(0.0, fall / self.plain.error),
         )
 
@@ -123,7 +136,9 @@ class Examination:
         return max((float(row[j]) for j, d in enumerate(self.directions) if d.effect.name == name), default=0.0)
 
 
-def examine(settled: Settled, effects: Sequence[Effect], noise: Mapping[int, Noise], estimate: bool) -> Examination:
+def examine(
+    settled: Settled, effects: Sequence[Effect], noise: Mapping[int, Noise], estimate: bool, bar: float = 0.0
+) -> Examination:
     """Linearise the settled model over the strength of every effect.
 
     ``settled.problem.model`` holds all the effects, at their null values. With ``estimate`` the noise given is only a
@@ -150,4 +165,5 @@ def examine(settled: Settled, effects: Sequence[Effect], noise: Mapping[int, Noi
         white=project(white, settled.free),
         plain=project(plain, settled.free),
         s2=project(white, table.shape[0] - 1).error / size,
+        bar=bar,
     )

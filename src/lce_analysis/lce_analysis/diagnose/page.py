@@ -70,15 +70,27 @@ def _candidates(found: Diagnosis) -> list[Block]:
             f"{s.p_value:.1e}",
             f"{s.visibility:.1%}",
             f"{s.expected_strength:.3g} {s.effect.parameter(s.effect.strength).unit}".removesuffix(" 1"),
+            f"{s.detectable:.2g}" if s.shown else "not at all",
             f"{s.predicted_fall:.1%}",
             ", ".join(found.aliases[s.effect.name]),
         )
         for s in found.scores
     ]
-    head = ("effect", "stage", "evidence", "p", "visible", "expected strength", "predicted fall", "looks like")
+    head = (
+        "effect",
+        "stage",
+        "evidence",
+        "p",
+        "visible",
+        "expected strength",
+        "would show from",
+        "predicted fall",
+        "looks like",
+    )
     return [
         "Each effect alone, before anything was refitted. Evidence is the score test's χ² after the free parameters "
-        "were projected out; visible is the part of the effect that they do not mask.",
+        "were projected out; visible is the part of the effect that they do not mask; an effect would show from the "
+        "strength given.",
         Bars(
             "Fall of the squared error that the score test predicts",
             "1",

@@ -34,8 +34,9 @@ ALIKE: Final = 0.95
 """|ρ| from which two effects are reported as a set."""
 TELLING: Final = 20.0
 """Likelihood ratio below which two refitted effects are reported as a set."""
-VISIBLE: Final = 1e-3
-"""Visibility below which an effect that the data ask for is not named."""
+VISIBLE: Final = 1e-4
+"""Visibility below which an effect that the data ask for is not named: a small error of the base model's own form
+would do as well."""
 MOST: Final = 4
 """Effects that are added at most."""
 ROUGH, FINE = 20, 60
@@ -171,7 +172,8 @@ class Search:
         noise = examine(self.settled, self.remaining(), noise, estimate=True).noise
         self.settled = settle(self.problem, noise, "the model as it is", self.progress, FINE)
         self.progress(label, 1, 2, float("nan"))
-        return examine(self.settled, self.remaining(), noise, estimate=True)
+        bar = 2.0 * math.log(len(self.candidates) / FALSE_ALARM)
+        return examine(self.settled, self.remaining(), noise, estimate=True, bar=bar)
 
     def _price(self, effect: Effect) -> float:
         return price(effect, len(self.candidates))

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
+from scipy.signal import correlate
 
 Floats = NDArray[np.float64]
 
@@ -43,10 +44,7 @@ def autoregressive(residuals: Sequence[Floats]) -> Noise:
     """Yule–Walker on the pooled autocovariance of several residuals of one sensor; the order by Schwarz's criterion."""
     total = sum(r.size for r in residuals)
     longest = min(LONGEST, min(r.size for r in residuals) // 10)
-    centred = [r - r.mean() for r in residuals]
-    covariance = np.array(
-        [sum(float(r[: r.size - lag] @ r[lag:]) for r in centred) / total for lag in range(longest + 1)]
-    )
+    covariance = np.sum([_covariance(r - r.mean(), longest) for r in residuals], axis=0) / total
     best, least = Noise(np.empty(0), float(np.sqrt(covariance[0])), float(np.sqrt(covariance[0]))), np.inf
     for order in range(longest + 1):
         phi = solve_toeplitz(covariance[:order], covariance[1 : order + 1]) if order else np.empty(0)
@@ -58,3 +56,8 @@ def autoregressive(residuals: Sequence[Floats]) -> Noise:
             least = criterion
             best = Noise(phi, float(np.sqrt(innovation)), float(np.sqrt(covariance[0])))
     return best
+
+
+def _covariance(r: Floats, longest: int) -> Floats:
+    """Sums of lagged products (longest + 1,)."""
+    return np.asarray(correlate(r, r, mode="full", method="fft")[r.size - 1 : r.size + longest])
