@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnose.examine import examine
-from lce_analysis.diagnose.search import FINE, freed
+from lce_analysis.diagnose.search import ITERATIONS, freed
 from lce_analysis.diagnose.settled import linearised, settle
 from lce_analysis.diagnose.whitening import Noise
 from lce_analysis.experiment import Run, Series
@@ -181,7 +181,7 @@ def _refitted(rivals: _Rivals, found: Design, progress: Progress) -> float:
         rival = rivals.effects[1 - which]
         problem = _problem(rivals, which, found.time_s, found.power_w)
         start = replace(problem, model=problem.model.set(rivals.strengths[1 - which]))
-        settled = settle(freed(start, rival), NOISE, f"{rival.name} refitted", progress, FINE)
+        settled = settle(freed(start, rival), NOISE, f"{rival.name} refitted", progress, ITERATIONS)
         errors.append(settled.plain_error(NOISE))
     return math.sqrt(min(errors))
 

@@ -39,8 +39,8 @@ VISIBLE: Final = 1e-4
 would do as well."""
 MOST: Final = 4
 """Effects that are added at most."""
-ROUGH, FINE = 20, 60
-"""Iterations of the refits of candidates, and of what is accepted."""
+ITERATIONS: Final = 60
+"""Of a refit, at most. An effect that the free parameters nearly mask takes some thirty."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Search:
         self.steps: list[Step] = []
         self.doubtful: list[str] = []
         problem = _problem(model, runs, self.candidates)
-        self.settled = settle(problem, _misfit(problem), "the model as it is", progress, FINE)
+        self.settled = settle(problem, _misfit(problem), "the model as it is", progress, ITERATIONS)
         self.seen = self._look(_misfit(self.settled.problem))
         self.first, self.before = self.seen, self.model()
 
@@ -148,7 +148,7 @@ class Search:
         for step in self.steps[:-1]:
             effect = next(e for e in self.candidates if e.name == step.added)
             label = f"without {effect.name}"
-            without = settle(closed(self.problem, effect), self.seen.noise, label, self.progress, FINE)
+            without = settle(closed(self.problem, effect), self.seen.noise, label, self.progress, ITERATIONS)
             if without.error(self.seen.noise) - self.settled.error(self.seen.noise) < self._price(effect):
                 self.steps.remove(step)
                 self.settled = without
@@ -170,7 +170,7 @@ class Search:
         label = "every effect at once"
         self.progress(label, 0, 2, float("nan"))
         noise = examine(self.settled, self.remaining(), noise, estimate=True).noise
-        self.settled = settle(self.problem, noise, "the model as it is", self.progress, FINE)
+        self.settled = settle(self.problem, noise, "the model as it is", self.progress, ITERATIONS)
         self.progress(label, 1, 2, float("nan"))
         bar = 2.0 * math.log(len(self.candidates) / FALSE_ALARM)
         return examine(self.settled, self.remaining(), noise, estimate=True, bar=bar)
@@ -199,7 +199,7 @@ class Search:
         settled = []
         for score in scores:
             start = freed(first_step(self.seen, score), score.effect)
-            settled.append(settle(start, noise, f"with {score.effect.name}", self.progress, ROUGH))
+            settled.append(settle(start, noise, f"with {score.effect.name}", self.progress, ITERATIONS))
         if not settled:
             return []
         left = min(settled, key=lambda s: s.plain_error(noise)).noise(noise)
@@ -215,8 +215,7 @@ class Search:
         return refit.gain > self._price(refit.effect) and refit.held_out > 0.0
 
     def _accept(self, best: Refit, refits: Sequence[Refit]) -> None:
-        noise = self.seen.noise
-        settled = settle(best.settled.problem, noise, f"with {best.effect.name}", self.progress, FINE)
+        noise, settled = self.seen.noise, best.settled
         fall = 1.0 - settled.plain_error(noise) / self.settled.plain_error(noise)
         alias_set = self._alias_set(best, refits)
         self.steps.append(Step(best.effect.name, alias_set, best.score.predicted_fall, fall))

@@ -61,6 +61,7 @@ def summary(diagnosis: Diagnosis) -> str:
     lines += ["", f"{'effect':27s} {'evidence':>9s} {'p':>8s} {'visible':>8s} {'strength':>10s}        looks like"]
     for s in diagnosis.scores:
         unit = s.effect.parameter(s.effect.strength).unit
+        unit = "" if unit == "1" else unit
         strength = f"{s.expected_strength:10.3g} {unit:6s}"
         lines.append(
             f"{s.effect.name:27s} {s.evidence:9.4g} {s.p_value:8.1e} {s.visibility:8.1%} {strength} "
