@@ -5,7 +5,7 @@ import csv
 import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -54,12 +54,8 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
     runs = [read_run(p) for p in paths]
     names = [r.name for r in runs]
     return tuple(
-        r if names.count(r.name) == 1 else Run(f"{r.path.resolve().parent.name}/{r.name}", *_rest(r)) for r in runs
+        r if names.count(r.name) == 1 else replace(r, name=f"{r.path.resolve().parent.name}/{r.name}") for r in runs
     )
-
-
-def _rest(run: Run) -> tuple[Any, ...]:
-    return run.path, run.sha256, run.power, run.temperature, run.displacement, run.conditions
 
 
 def read_run(path: str | Path) -> Run:

@@ -52,8 +52,8 @@ class Kernel:
     run(time_s, power_w, drive_k, start_k, deadband_k, p, out) fills ``out`` (n, len(RECORDED)); a ``drive_k`` of
     length n replaces the thermal stage, one of length 0 leaves it in place.
     run_many(…, P, out) does the same for parameter rows P (m, k) into out (m, n, len(RECORDED)).
-    begin(start_k, deadband_k, p, state), advance(power_w, dt_s, p, state) step a state vector kept by the caller;
-    ``signals`` names its first entries.
+    begin(start_k, deadband_k, p, state), advance(power_w, dt_s, p, state) step a state vector kept by the caller; its
+    first entries are the signals, in the order of SIGNALS.
     """
 
     run: Callable[..., None]
@@ -79,7 +79,7 @@ def _call(term: Term, function: Callable[..., object], alias: str, initial: bool
 def _body(terms: tuple[Term, ...], initial: bool) -> list[str]:
     lines: list[str] = []
     for stage, defaults in AT_STAGE.items():
-        lines += [f"{line}" for line in defaults]
+        lines += defaults
         members = [t for t in terms if t.stage == stage]
         if stage == "heat" and not initial:
             lines += ["if forced:", "    temperature = drive_next", "else:"]

@@ -90,11 +90,6 @@ class Model:
         return compile_terms(self.terms)
 
     @property
-    def parameters(self) -> tuple[Value, ...]:
-        """All values, in the order of the terms."""
-        return self.values
-
-    @property
     def vector(self) -> Floats:
         """Parameter values as the kernel takes them, shape (k,)."""
         return np.array([v.value for v in self.values])

@@ -80,8 +80,8 @@ def _document(model: Model) -> dict[str, Any]:
     parameters: dict[str, dict[str, _Line]] = {}
     for v in model.values:
         entry = _Line(value=float(v.value), unit=v.unit, bounds=[float(v.lower), float(v.upper)])
-        if v.fixed:
-            entry["fixed"] = True
+        if v.fixed or v.parameter.fixed:
+            entry["fixed"] = v.fixed
         if v.determined is not None:
             entry["standard_error"] = None if v.standard_error is None else float(v.standard_error)
             entry["determined"] = v.determined
@@ -153,7 +153,7 @@ def _value(default: Value, entry: Any) -> Value:
         value=_float(entry["value"], f"{where}.value"),
         lower=_float(bounds[0], f"{where}.bounds"),
         upper=_float(bounds[1], f"{where}.bounds"),
-        fixed=_flag(entry.get("fixed", False), f"{where}.fixed"),
+        fixed=_flag(entry.get("fixed", default.fixed), f"{where}.fixed"),
         standard_error=None if error is None else _float(error, f"{where}.standard_error"),
         determined=None if entry.get("determined") is None else _flag(entry["determined"], f"{where}.determined"),
     )

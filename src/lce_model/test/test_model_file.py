@@ -77,3 +77,11 @@ def test_setting_names_key_value_and_range() -> None:
         default_model().set({"lumped.gain": 1e6})
     with pytest.raises(LceError, match=r"unknown parameter 'lumped\.gin'"):
         default_model().set({"lumped.gin": 1.0})
+
+
+def test_what_is_fixed_by_default_stays_fixed_where_a_file_does_not_say(tmp_path: Path) -> None:
+    path = tmp_path / "m.yaml"
+    save_model(default_model(), path)
+    path.write_text(path.read_text(encoding="utf-8").replace(", fixed: true", ""), encoding="utf-8")
+    loaded = load_model(path)
+    assert loaded.values[loaded.index("strip.length")].fixed
