@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from types import TracebackType
 
 from tqdm import tqdm
@@ -11,28 +12,35 @@ from tqdm import tqdm
 class FitBar:
     """What an identification is doing, and its error falling: the `progress` of lce_analysis.fit."""
 
+    def __init__(self) -> None:
+        self._bar: tqdm[None] | None = None
+        self._shown = -1.0
+
     def __enter__(self) -> FitBar:
-        """Open the bar."""
-        self._bar = tqdm(
-            unit="step",
-            dynamic_ncols=True,
-            leave=False,
-            bar_format="{desc}: {percentage:3.0f}%|{bar}| {postfix} [{elapsed}]",
-        )
+        """Nothing is shown before there is something to show."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close it, whatever happened."""
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()
 
     def __call__(self, label: str, done: int, total: int, rms: float) -> None:
         """Show ``done`` of ``total`` steps of ``label`` and the weighted RMS residual reached."""
-        self._bar.total, self._bar.n = total, done
-        self._bar.set_description_str(label, refresh=False)
-        self._bar.set_postfix_str(f"residual {rms:.3g} σ", refresh=False)
-        self._bar.update(0)
-        if self._bar.format_dict["elapsed"] - getattr(self, "_shown", -1.0) > 0.1:
-            self._shown = self._bar.format_dict["elapsed"]
-            self._bar.refresh()
+        if self._bar is None:
+            self._bar = tqdm(
+                unit="step",
+                dynamic_ncols=True,
+                leave=False,
+                bar_format="{desc}: {percentage:3.0f}%|{bar}| {postfix} [{elapsed}]",
+            )
+        bar = self._bar
+        bar.total, bar.n = total, done
+        bar.set_description_str(label, refresh=False)
+        bar.set_postfix_str(f"residual {rms:.3g} σ" if math.isfinite(rms) else "", refresh=False)
+        bar.update(0)
+        if bar.format_dict["elapsed"] - self._shown > 0.1:
+            self._shown = bar.format_dict["elapsed"]
+            bar.refresh()
