@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make bench`: everything that is measured rather than tested. Writes docs/benchmarks.md.
+"""`make bench`: everything that is measured rather than tested, into docs/benchmarks.md.
 
---only NAME… measures some of it (and prints, leaving the document alone); --quick shortens the long ones.
+--only NAME… measures some parts and replaces just their sections of the document; --quick shortens the long parts,
+prints, and leaves the document alone.
 """
 
 import argparse
@@ -13,8 +14,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import graph
+import recovery
 import speed
 
+DOCUMENT = Path(__file__).parents[2] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
 Written by `make bench`. Two shared cores; ratios were measured side by side in one run and are what counts.
@@ -28,24 +31,33 @@ def in_real_time(duration_s: float) -> list[str]:
     return [f"## Node graph in real time, {duration_s:g} s, every node a process", "", graph.table(rows), ""]
 
 
+def sections(document: str) -> dict[str, str]:
+    """Part name to text; each part of the document stands behind a comment with its name."""
+    pieces = document.split("<!-- part: ")[1:]
+    return {name: text.strip() for name, _, text in (piece.partition(" -->") for piece in pieces)}
+
+
 def main() -> int:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description="benchmarks")
-    parser.add_argument("--only", nargs="+", choices=("simulation", "start_up", "identification", "graph"))
-    parser.add_argument(
-        "--quick", action="store_true", help="one minute of the graph, 5 × the fit's time for the rival"
-    )
-    args = parser.parse_args()
+    parser.add_argument("--quick", action="store_true", help="shorter, and only printed")
+    quick = "--quick" in sys.argv
     parts: dict[str, Callable[[], list[str]]] = {
         "simulation": speed.simulation,
         "start_up": speed.start_up,
-        "identification": lambda: speed.identification(5.0 if args.quick else 20.0),
-        "graph": lambda: in_real_time(60.0 if args.quick else 600.0),
+        "identification": lambda: speed.identification(5.0 if quick else 20.0),
+        "recovery": lambda: recovery.measure(3 if quick else 20),
+        "graph": lambda: in_real_time(60.0 if quick else 600.0),
     }
-    text = "\n".join([HEAD, *(line for name in args.only or parts for line in parts[name]())])
-    print(text)
-    if not args.only and not args.quick:
-        (Path(__file__).parents[2] / "docs" / "benchmarks.md").write_text(text, encoding="utf-8")
+    parser.add_argument("--only", nargs="+", choices=parts, default=list(parts), metavar="PART", help=", ".join(parts))
+    args = parser.parse_args()
+    found = sections(DOCUMENT.read_text(encoding="utf-8")) if DOCUMENT.exists() else {}
+    for name in args.only:
+        found[name] = "\n".join(parts[name]()).strip()
+        print(found[name], flush=True)
+        if not quick:
+            body = "\n".join(f"<!-- part: {key} -->\n{found[key]}\n" for key in parts if key in found)
+            DOCUMENT.write_text(f"{HEAD}\n{body}", encoding="utf-8")
     return 0
 
 
