@@ -12,7 +12,7 @@ from pathlib import Path
 from lce_bringup.graph import BENCH, PLAYER, RECORDER, Plan, python
 from lce_bringup.processes import Processes
 
-_LOOK_S = 0.2
+_LOOK_S = 0.05
 
 
 def run_realtime(plan: Plan, progress: Callable[[float], None]) -> None:

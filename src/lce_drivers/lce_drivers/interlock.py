@@ -28,12 +28,13 @@ class Interlock:
     """With the newest reading T, measured the age a ago, and T' the one before it::
 
         paused    a > pause_after_s, or no reading: dark until there is one again
-        fault     paused, and light wanted all the while until a > fault_after_s
+        fault     a > fault_after_s while somebody commands the laser, be it to zero
+                  no reading yet, and light wanted for fault_after_s - pause_after_s
                   T is not a finite number, or T > max_temperature_k
                   |T - T'| > max_jump_k, no more than fault_after_s apart: no strip does that, a broken camera does
 
-    A fault is latched: dark until ``reset``. A dark bench needs no readings. Without any reading so far, the age counts
-    from the moment light was first wanted. A reading from the future by more than ``pause_after_s`` is none.
+    A fault is latched: dark until ``reset``. A bench that nobody commands needs no readings. A reading from the future
+    by more than ``pause_after_s`` is none.
     """
 
     def __init__(self, limits: TemperatureLimits) -> None:
@@ -53,15 +54,17 @@ class Interlock:
         if jump_k > self.limits.max_jump_k:
             self._latch(f"the temperature jumped by {jump_k:.1f} K between two readings")
 
-    def permits(self, now_s: float, wanted: bool) -> bool:
-        """Whether what is ``wanted`` at ``now_s`` [s], light or not, may be."""
-        if self._is_fresh(now_s) or not wanted:
+    def permits(self, now_s: float, power_w: float | None) -> bool:
+        """Whether ``power_w`` [W] may be at ``now_s`` [s]; None where nobody commands."""
+        fresh = self._is_fresh(now_s)
+        wanted = power_w is not None and power_w > 0.0
+        if fresh or not (wanted or (power_w is not None and self._last is not None)):
             self._paused_s = None
         elif self._paused_s is None:
             self._paused_s = now_s
         elif now_s - self._paused_s > self.limits.fault_after_s - self.limits.pause_after_s:
-            self._latch(f"no temperature for {self.limits.fault_after_s:g} s while light was wanted")
-        return self.fault is None and self._paused_s is None
+            self._latch(f"no temperature for {self.limits.fault_after_s:g} s")
+        return self.fault is None and (fresh or not wanted)
 
     def reset(self, now_s: float) -> str | None:
         """Clear the fault; the reason where it cannot be."""

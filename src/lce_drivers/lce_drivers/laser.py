@@ -98,6 +98,11 @@ class PowerGuard:
         self._power_w, self._applied_s = wanted, now_s
         return wanted
 
+    @property
+    def commanded(self) -> bool:
+        """Whether the last power was somebody's command, be it zero or nonsense."""
+        return self.state not in (State.WAITING, State.STALE)
+
     def cut(self, now_s: float) -> float:
         """Zero power all the same [W]: something else forbids light. A later rise begins there."""
         self._power_w, self._applied_s = 0.0, now_s

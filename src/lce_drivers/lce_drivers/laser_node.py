@@ -12,7 +12,7 @@ Parameters  max_power_w          W, upper limit of what is ever applied
             max_temperature_c    °C, above it: fault
             max_jump_k           K, more between two readings: fault
             temperature_pause_s  s, a temperature older than this: zero power until there is a new one
-            temperature_fault_s  s, a temperature older than this while light is wanted: fault
+            temperature_fault_s  s, a temperature older than this while somebody commands: fault
             device               simulated | labjack
             labjack.*            host, port, volts_per_watt, threshold_v, max_v, timeout_s, watchdog_s
 
@@ -132,7 +132,8 @@ class Laser(BenchNode):
     def _tick(self) -> None:
         now_s = self.now_s()
         power_w = self._guard.power_w(self.tick_s, now_s)
-        permitted = self._interlock is None or self._interlock.permits(now_s, wanted=power_w > 0.0)
+        command_w = power_w if self._guard.commanded else None
+        permitted = self._interlock is None or self._interlock.permits(now_s, command_w)
         if not permitted:
             power_w = self._guard.cut(now_s)
             self._log_fault()
@@ -164,8 +165,8 @@ class Laser(BenchNode):
         obstacle = self._interlock.reset(self.now_s())
         response.success = obstacle is None
         response.message = f"cleared: {fault}" if obstacle is None else f"not cleared, {obstacle}: {fault}"
-        self._logged_fault = None
-        self.get_logger().warning(response.message)
+        if response.success:
+            self.get_logger().warning(response.message)
         return response
 
     def _look_for_rivals(self) -> None:

@@ -19,33 +19,44 @@ def warm(until_s: float = 1.0) -> Interlock:
 
 def test_light_is_permitted_while_readings_are_fresh() -> None:
     lock = warm()
-    assert lock.permits(1.0, True) and lock.permits(1.2, True)
-    assert not lock.permits(1.21, True)
+    assert lock.permits(1.0, 0.5) and lock.permits(1.2, 0.5)
+    assert not lock.permits(1.21, 0.5)
     lock.read(320.0, 1.25)
-    assert lock.permits(1.3, True) and lock.fault is None
+    assert lock.permits(1.3, 0.5) and lock.fault is None
 
 
 def test_a_pause_of_the_camera_becomes_a_fault_after_500_ms() -> None:
     lock = warm()
-    permitted = {k: lock.permits(0.01 * k, True) for k in range(100, 160)}
+    permitted = {k: lock.permits(0.01 * k, 0.5) for k in range(100, 160)}
     assert [k for k, p in permitted.items() if p] == list(range(100, 121))
-    assert lock.fault == "no temperature for 0.5 s while light was wanted"
+    assert lock.fault == "no temperature for 0.5 s"
     lock = warm()
     for k in range(100, 150):
-        lock.permits(0.01 * k, True)
+        lock.permits(0.01 * k, 0.5)
     assert lock.fault is None
 
 
 def test_without_any_reading_there_is_no_light_and_soon_a_fault() -> None:
     lock = Interlock(LIMITS)
-    assert lock.permits(100.0, False) and not lock.permits(100.01, True)
-    assert not lock.permits(100.2, True) and lock.fault is None
-    assert not lock.permits(100.4, True) and lock.fault is not None
+    assert lock.permits(100.0, None) and not lock.permits(100.01, 0.5)
+    assert not lock.permits(100.2, 0.5) and lock.fault is None
+    assert not lock.permits(100.4, 0.5) and lock.fault is not None
 
 
-def test_a_dark_bench_needs_no_camera() -> None:
+def test_a_camera_that_dies_is_a_fault_also_while_zero_is_commanded() -> None:
     lock = warm()
-    assert all(lock.permits(t, False) for t in np.arange(1.0, 100.0, 0.1))
+    assert all(lock.permits(0.01 * k, 0.0) for k in range(100, 150)) and lock.fault is None
+    assert not lock.permits(1.53, 0.0) and lock.fault is not None
+
+
+def test_a_camera_that_is_yet_to_come_is_none_while_zero_is_commanded() -> None:
+    lock = Interlock(LIMITS)
+    assert all(lock.permits(0.01 * k, 0.0) for k in range(1000))
+
+
+def test_a_bench_that_nobody_commands_needs_no_camera() -> None:
+    lock = warm()
+    assert all(lock.permits(t, None) for t in np.arange(1.0, 100.0, 0.1))
     assert lock.fault is None
 
 
@@ -60,9 +71,9 @@ def test_what_no_sound_strip_shows_is_a_fault_that_stays(reading: float, said: s
     assert lock.fault is not None and said in lock.fault
     for k in range(100):
         lock.read(320.0, 1.2 + 0.1 * k)
-        assert not lock.permits(1.2 + 0.1 * k, True) and not lock.permits(1.2 + 0.1 * k, False)
+        assert not lock.permits(1.2 + 0.1 * k, 0.5) and not lock.permits(1.2 + 0.1 * k, None)
     assert lock.reset(11.1) is None
-    assert lock.fault is None and lock.permits(11.1, True)
+    assert lock.fault is None and lock.permits(11.1, 0.5)
 
 
 def test_a_fault_cannot_be_reset_while_its_cause_is_there() -> None:
@@ -72,7 +83,7 @@ def test_a_fault_cannot_be_reset_while_its_cause_is_there() -> None:
     assert lock.reset(2.0) == "there is no fresh temperature"
     lock.read(math.nan, 2.0)
     assert lock.reset(2.0) == "the temperature is nan"
-    assert lock.fault is not None and not lock.permits(2.0, True)
+    assert lock.fault is not None and not lock.permits(2.0, 0.5)
 
 
 def test_the_first_fault_is_the_one_that_is_told() -> None:
@@ -86,16 +97,16 @@ def test_the_first_fault_is_the_one_that_is_told() -> None:
 def test_a_strip_that_cooled_while_nobody_looked_has_not_jumped() -> None:
     lock = warm()
     lock.read(300.0, 60.0)
-    assert lock.fault is None and lock.permits(60.0, True)
+    assert lock.fault is None and lock.permits(60.0, 0.5)
 
 
 def test_the_same_frame_again_is_not_fresh_and_a_frame_from_the_future_is_none() -> None:
     lock = warm()
     for k in range(10):
         lock.read(320.0, 1.0)
-        assert lock.permits(1.0 + 0.1 * k, True) == (k <= 2)
+        assert lock.permits(1.0 + 0.1 * k, 0.5) == (k <= 2)
     lock.read(320.0, 10.0)
-    assert not lock.permits(2.0, True)
+    assert not lock.permits(2.0, 0.5)
 
 
 @pytest.mark.parametrize(
@@ -118,5 +129,5 @@ def test_whatever_is_read_light_needs_a_sound_fresh_temperature_and_no_fault(see
             lock.read(*last)
         if random.random() < 0.02:
             lock.reset(now)
-        if lock.permits(now, True):
+        if lock.permits(now, 0.5):
             assert last is not None and last[0] < 390.0 and now - last[1] <= 0.2 + 1e-9 and lock.fault is None
