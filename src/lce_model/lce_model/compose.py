@@ -27,8 +27,17 @@ from lce_model.terms import SIGNALS, Stage, Term
 AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
     "surroundings": ("ambient = temperature",),
     "light": ("light = power",),
-    "heat": ("heating = 0.0", "temperature_before = temperature"),
-    "order": ("order_temperature = temperature",),
+    "heat": (
+        "temperature_before = temperature",
+        "temperature_midway = temperature + 0.5 * dt * warming",
+        "heating = 0.0",
+        "heat_capacity = 1.0",
+    ),
+    "order": (
+        "warming = (temperature - temperature_before) / dt if dt > 0.0 else warming",
+        "order_temperature = temperature",
+        "transition_spread = 0.0",
+    ),
     "strain": ("order = fraction * well_order",),
     "sensor": ("measured_temperature = temperature", "measured_displacement = displacement"),
 }
@@ -66,14 +75,14 @@ class Kernel:
 SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)}
 
 
-def _call(term: Term, function: Callable[..., object], alias: str, initial: bool) -> str:
+def _call(term: Term, initial: bool) -> str:
     """One line of generated code: results = function(arguments)."""
+    kind = "start" if initial and term.start is not None else "step"
     names = [*(p.name for p in term.parameters), *term.states, *dict(term.arrays)]
     own = {name: f"{term.name}__{name}" for name in names}
-    own["dt"] = "0.0" if initial else "dt"
-    arguments = ", ".join(own.get(a, a) for a in inspect.signature(function).parameters)
+    arguments = ", ".join(own.get(a, a) for a in inspect.signature(getattr(term, kind)).parameters)
     targets = ", ".join([own[s] for s in term.states] + list(term.outputs))
-    return f"{targets} = {alias}({arguments})"
+    return f"{targets} = {term.name}_{kind}({arguments})"
 
 
 def _body(terms: tuple[Term, ...], initial: bool) -> list[str]:
@@ -81,18 +90,13 @@ def _body(terms: tuple[Term, ...], initial: bool) -> list[str]:
     for stage, defaults in AT_STAGE.items():
         lines += defaults
         members = [t for t in terms if t.stage == stage]
-        if stage == "heat" and not initial:
-            lines += ["if forced:", "    temperature = drive_next", "else:"]
-            lines += [f"    {_call(t, t.step, f'{t.name}_step', initial)}" for t in members] or ["    pass"]
-            continue
-        if stage == "heat":
+        if stage == "heat" and initial:
             # The strip starts at the temperature given, whatever the heat balance says of it.
             members = [t for t in members if t.start is not None]
-        for term in members:
-            if initial and term.start is not None:
-                lines.append(_call(term, term.start, f"{term.name}_start", initial))
-            else:
-                lines.append(_call(term, term.step, f"{term.name}_step", initial))
+        calls = [_call(t, initial) for t in members]
+        if stage == "heat" and not initial:
+            calls = ["if forced:", "    temperature = drive_next", "else:", *(f"    {c}" for c in calls or ["pass"])]
+        lines += calls
     return lines
 
 
@@ -121,7 +125,7 @@ def begin(start_k, deadband_k, p, s):
 {unpack_p}    s[:] = NAN
 {load}    temperature = start_k
     deadband = deadband_k
-    power = 0.0
+    dt = power = warming = 0.0
     fraction = 1.0
 {indent(_body(terms, initial=True))}{store}
 
@@ -167,7 +171,7 @@ def cache_folder() -> Path:
 
 def _fingerprint(terms: tuple[Term, ...], text: str) -> str:
     """Of everything that goes into the compiled code: the terms' own files, and what they may call in this package."""
-    modules = {Path(inspect.getfile(t.step)) for t in terms} | set(Path(__file__).parent.glob("*.py"))
+    modules = {Path(inspect.getfile(t.step)) for t in terms} | set(Path(__file__).parent.rglob("*.py"))
     parts = [text, numba.__version__, np.__version__, sys.version, *(m.read_text("utf-8") for m in sorted(modules))]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
 

@@ -37,7 +37,8 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     """The model as a tuple of terms in the order of evaluation.
 
     An effect stands before the first base term of its stage that takes what it writes from it (a heat loss before the
-    heat balance, a lag of the temperature before the branch that follows it), or else behind them all.
+    heat balance, a lag of the temperature before the branch that follows it), or else behind them all. Several of them
+    stand there by their ``place``, then by name: the order of ``effects`` does not matter.
     """
     for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
         if name not in known:
@@ -45,7 +46,11 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     if thermal == deformation == "none":
         raise LceError("a model needs a thermal or a deformation stage, not none of both")
     base = THERMAL[thermal] + DEFORMATION[deformation]
-    added: tuple[Term, ...] = tuple(find(effect) for effect in effects)
+    added = sorted((find(effect) for effect in effects), key=lambda e: (e.place, e.name))
+    names = [t.name for t in (*base, *added)]
+    for effect in added:
+        if names.count(effect.name) > 1:
+            raise LceError(f"effect {effect.reference}: the model has a term {effect.name} already")
     ordered: list[Term] = []
     for stage in STAGES:
         own = [t for t in base if t.stage == stage]

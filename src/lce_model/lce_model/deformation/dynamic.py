@@ -12,16 +12,21 @@ computation. A0, B, C have one value for heating (``_r``) and one for cooling (`
 
 Below T* the isotropic well is gone and above T1 the nematic one: nothing returns to them (Δ = 0) and nothing holds the
 molecules back (E = 0), so x runs to 1 and to 0 there without the jump that "x = 1 for T < T2" would make of what is
-left at the boundary.
+left at the boundary. Where an effect spreads T* over domains, each has its own x, and the order is the mean of theirs.
 """
 
 import math
 
+import numpy as np
 from numba.extending import register_jitable
+from numpy.typing import NDArray
 
 from lce_model.constants import BOLTZMANN
+from lce_model.deformation.domains import DOMAINS, NODES
 from lce_model.landau import clearing_temperature, wells
 from lce_model.terms import Parameter, Term
+
+Floats = NDArray[np.float64]
 
 
 @register_jitable
@@ -130,13 +135,39 @@ def _advance(
     return x * loss if t_to > t_from else x
 
 
+@register_jitable
+def _seen(
+    temperature: float, x: Floats, a0: float, b: float, c: float, t_star: float, spread: float
+) -> tuple[float, float]:
+    """(x, Q3) of the strip, whose order is the mean over the domains; one stands for all where they are alike."""
+    if spread == 0.0:
+        return x[0], wells(temperature, a0, b, c, t_star)[1]
+    order = possible = 0.0
+    for i in range(DOMAINS):
+        q3 = wells(temperature, a0, b, c, t_star + spread * NODES[i])[1]
+        order += x[i] * q3
+        possible += q3
+    return order / possible, possible / DOMAINS
+
+
 def start(
-    order_temperature: float, a0_r: float, b_r: float, c_r: float, t_star: float, t_ref: float
+    order_temperature: float,
+    transition_spread: float,
+    x: Floats,
+    a0_r: float,
+    b_r: float,
+    c_r: float,
+    t_star: float,
+    t_ref: float,
 ) -> tuple[float, float, float]:
     """Annealed before the first heating: nematic wherever the heating branch allows it."""
-    q3 = wells(order_temperature, a0_r, b_r, c_r, t_star)[1]
-    x = 1.0 if order_temperature < clearing_temperature(a0_r, b_r, c_r, t_star) else 0.0
-    return x, q3, wells(t_ref, a0_r, b_r, c_r, t_star)[1]
+    x[:] = 1.0
+    reference = _seen(t_ref, x, a0_r, b_r, c_r, t_star, transition_spread)[1]
+    for i in range(DOMAINS):
+        clearing = clearing_temperature(a0_r, b_r, c_r, t_star + transition_spread * NODES[i])
+        x[i] = 1.0 if order_temperature < clearing else 0.0
+    fraction, q3 = _seen(order_temperature, x, a0_r, b_r, c_r, t_star, transition_spread)
+    return fraction, q3, reference
 
 
 def step(
@@ -144,7 +175,8 @@ def step(
     path_to: float,
     direction: float,
     order_temperature: float,
-    fraction: float,
+    transition_spread: float,
+    x: Floats,
     reference_order: float,
     a0_r: float,
     b_r: float,
@@ -161,11 +193,13 @@ def step(
     cf2_f: float,
 ) -> tuple[float, float, float]:
     """(x, Q3, Q̄0) after the temperature path of this step."""
-    if direction > 0.0:
-        x = _advance(fraction, path_from, path_to, a0_r, b_r, c_r, t_star, cf1_r, 0.0, cr1_r, cr2_r)
-        return x, wells(order_temperature, a0_r, b_r, c_r, t_star)[1], reference_order
-    x = _advance(fraction, path_from, path_to, a0_f, b_f, c_f, t_star, cf1_f, cf2_f, cr1_f, 0.0)
-    return x, wells(order_temperature, a0_f, b_f, c_f, t_star)[1], reference_order
+    rising = direction > 0.0
+    a0, b, c = (a0_r, b_r, c_r) if rising else (a0_f, b_f, c_f)
+    f1, f2, r1, r2 = (cf1_r, 0.0, cr1_r, cr2_r) if rising else (cf1_f, cf2_f, cr1_f, 0.0)
+    for i in range(DOMAINS if transition_spread > 0.0 else 1):
+        x[i] = _advance(x[i], path_from, path_to, a0, b, c, t_star + transition_spread * NODES[i], f1, f2, r1, r2)
+    fraction, q3 = _seen(order_temperature, x, a0, b, c, t_star, transition_spread)
+    return fraction, q3, reference_order
 
 
 _SOURCE = "(5.10), Amp 0.4, T_h 20 s"
@@ -207,6 +241,7 @@ DYNAMIC = Term(
             fixed=True,
         ),
     ),
+    arrays=(("x", DOMAINS),),
     outputs=("fraction", "well_order", "reference_order"),
     start=start,
     step=step,

@@ -6,18 +6,37 @@ rates over the barriers of the Landau–de Gennes energy (4.11). The well widths
 them, δ13 = ((Q3−Q2)/a3)², δ31 = ((Q2−Q1)/a1)²; as printed in (4.12) x would jump at T*. C, T*, a1 and a3 have one value
 on the heating branch (``_r``, the temperature rising) and another on the cooling branch (``_c``).
 
-Only the ratio a1/a3 of each branch enters x.
+Only the ratio a1/a3 of each branch enters x. Where an effect spreads T* over domains, the order is the mean of theirs.
 """
 
 import math
 
+from numba.extending import register_jitable
+
 from lce_model.constants import BOLTZMANN
+from lce_model.deformation.domains import DOMAINS, NODES
 from lce_model.landau import clearing_temperature, free_energy, wells
 from lce_model.terms import Parameter, Term
 
 
+@register_jitable
+def _settled(temperature: float, a0: float, b: float, c: float, t_star: float, ratio: float) -> tuple[float, float]:
+    """(x, Q3) in equilibrium, with the ratio a3/a1."""
+    q2, q3 = wells(temperature, a0, b, c, t_star)
+    if temperature <= t_star:
+        return 1.0, q3
+    if temperature >= clearing_temperature(a0, b, c, t_star):
+        return 0.0, q3
+    # W31/W13: the barriers enter by their difference alone, E23 - E21 = -F(Q3).
+    exponent = free_energy(q3, temperature, a0, b, c, t_star) / (BOLTZMANN * temperature)
+    width = ratio * q2 / (q3 - q2)
+    back = width * width * math.exp(min(exponent, 700.0))
+    return 1.0 / (1.0 + back), q3
+
+
 def step(
     order_temperature: float,
+    transition_spread: float,
     direction: float,
     a0: float,
     b: float,
@@ -36,16 +55,15 @@ def step(
     c = c_r if rising else c_c
     t_star = t_star_r if rising else t_star_c
     ratio = a3_r / a1_r if rising else a3_c / a1_c
-    q2, q3 = wells(order_temperature, a0, b, c, t_star)
-    if order_temperature <= t_star:
-        return 1.0, q3, q0
-    if order_temperature >= clearing_temperature(a0, b, c, t_star):
-        return 0.0, q3, q0
-    # W31/W13: the barriers enter by their difference alone, E23 - E21 = -F(Q3).
-    exponent = free_energy(q3, order_temperature, a0, b, c, t_star) / (BOLTZMANN * order_temperature)
-    width = ratio * q2 / (q3 - q2)
-    back = width * width * math.exp(min(exponent, 700.0))
-    return 1.0 / (1.0 + back), q3, q0
+    if transition_spread == 0.0:
+        x, q3 = _settled(order_temperature, a0, b, c, t_star, ratio)
+        return x, q3, q0
+    order = possible = 0.0
+    for z in NODES:
+        x, q3 = _settled(order_temperature, a0, b, c, t_star + transition_spread * z, ratio)
+        order += x * q3
+        possible += q3
+    return order / possible, possible / DOMAINS, q0
 
 
 _SOURCE = "(4.21), Amp 0.2, T_h 30 s"

@@ -33,6 +33,7 @@ class Effect(Term):
     grid : for each other parameter that the diagnosis has to try out, its values.
     nudges : changes of the strength by which the diagnosis measures the effect. Empty for a smooth effect; finite for
         one without a derivative at its null value, such as backlash.
+    place : the effects of one stage act in rising order of it, then by name, in whatever order they were added.
     path : of the file, for an effect of the user's own.
     """
 
@@ -41,6 +42,7 @@ class Effect(Term):
     typical: float
     grid: tuple[tuple[str, tuple[float, ...]], ...] = ()
     nudges: tuple[float, ...] = ()
+    place: int = 0
     path: str = ""
 
     def __post_init__(self) -> None:

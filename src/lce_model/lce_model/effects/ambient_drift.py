@@ -11,9 +11,8 @@ def start(ambient: float) -> tuple[float, float]:
 
 
 def step(ambient: float, dt: float, elapsed: float, rate: float) -> tuple[float, float]:
-    """Time [s] since the beginning and ambient temperature [K]."""
-    elapsed = elapsed + dt
-    return elapsed, ambient + rate * elapsed
+    """Time [s] since the beginning and ambient temperature [K], in the middle of the step."""
+    return elapsed + dt, ambient + rate * (elapsed + 0.5 * dt)
 
 
 EFFECT = Effect(

@@ -27,5 +27,6 @@ EFFECT = Effect(
     step=step,
     strength="width",
     typical=5e-5,
+    place=1,
     nudges=(1e-5, 5e-5, 2e-4),
 )

@@ -1,44 +1,73 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The camera shows the temperature late: a first-order lag, and a second one in place of a dead time."""
+"""The camera shows the temperature late: a first-order lag, and a dead time.
+
+τ dy/dt = T - y, and y(t - delay) is shown. The past is kept on a grid of GRID_S and read in between.
+"""
 
 import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lce_model.effects import Effect
+from lce_model.lag import lag
 from lce_model.terms import Parameter
 
+LONGEST_S: Final = 0.5
+GRID_S: Final = 0.01
+SLOTS: Final = 52
 
-def start(measured_temperature: float) -> tuple[float, float, float]:
-    """At rest."""
-    return measured_temperature, measured_temperature, measured_temperature
+
+def start(measured_temperature: float, past: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """At rest for long."""
+    past[:] = measured_temperature
+    return 0.0, measured_temperature, measured_temperature, measured_temperature
 
 
 def step(
-    measured_temperature: float, dt: float, first: float, second: float, tau: float, delay: float
-) -> tuple[float, float, float]:
-    """Both lags [K]; the second is what is shown."""
-    keep = math.exp(-dt / tau) if tau > 0.0 else 0.0
-    first = measured_temperature + (first - measured_temperature) * keep
-    keep = math.exp(-dt / delay) if delay > 0.0 else 0.0
-    second = first + (second - first) * keep
-    return first, second, second
+    measured_temperature: float,
+    dt: float,
+    past: NDArray[np.float64],
+    clock: float,
+    before: float,
+    late: float,
+    tau: float,
+    delay: float,
+) -> tuple[float, float, float, float]:
+    """Time [s] since the beginning, temperature [K] before the sensor, after the lag, and as shown."""
+    after = lag(late, before, measured_temperature, dt, tau)
+    now = clock + dt
+    # past[k % SLOTS] is y at the time k GRID_S; what is older than the ring is not asked for.
+    first, last = math.floor(clock / GRID_S) + 1, math.floor(now / GRID_S)
+    for k in range(max(first, last - SLOTS + 1), last + 1):
+        past[k % SLOTS] = late + (after - late) * (k * GRID_S - clock) / dt
+    shown = after
+    if delay > 0.0:
+        at = (now - delay) / GRID_S
+        k = math.floor(at)
+        if k < last:
+            shown = past[k % SLOTS] + (past[(k + 1) % SLOTS] - past[k % SLOTS]) * (at - k)
+        else:
+            shown = after - (after - past[k % SLOTS]) * delay / (now - k * GRID_S)
+    return now, measured_temperature, after, shown
 
 
 EFFECT = Effect(
     name="camera_lag",
     stage="sensor",
-    equation="tau dy/dt = T - y; delay dz/dt = y - z",
+    equation="tau dy/dt = T - y, T_meas(t) = y(t - delay)",
     parameters=(
         Parameter("tau", "s", 0.0, 0.0, 2.0, "time constant of the lag τ", "sensor lag dominates public heater data"),
-        Parameter("delay", "s", 0.0, 0.0, 0.5, "dead time, as a second lag", "plausible, no source found"),
+        Parameter("delay", "s", 0.0, 0.0, LONGEST_S, "dead time", "plausible, no source found"),
     ),
-    states=(
-        "first",
-        "second",
-    ),
+    states=("clock", "before", "late"),
+    arrays=(("past", SLOTS),),
     outputs=("measured_temperature",),
     start=start,
     step=step,
     strength="tau",
     typical=0.3,
     nudges=(0.05,),
+    place=1,
 )

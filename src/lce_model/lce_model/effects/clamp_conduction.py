@@ -17,7 +17,7 @@ def start(heating: float, ambient: float) -> tuple[float, float]:
 
 def step(
     heating: float,
-    temperature: float,
+    temperature_midway: float,
     ambient: float,
     dt: float,
     clamp: float,
@@ -27,9 +27,9 @@ def step(
     share: float,
 ) -> tuple[float, float]:
     """Temperature of the clamp [K] and heating rate [K/s]."""
-    goal = ambient + share * (temperature - ambient)
+    goal = ambient + share * (temperature_midway - ambient)
     after = goal + (clamp - goal) * math.exp(-dt / tau)
-    return after, heating - conductance / capacity * (temperature - 0.5 * (clamp + after))
+    return after, heating - conductance / capacity * (temperature_midway - 0.5 * (clamp + after))
 
 
 EFFECT = Effect(

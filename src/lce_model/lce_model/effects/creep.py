@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A share of the contraction arrives late: dε_c/dt = (ε - ε_c)/τ_v."""
 
-import math
-
 from lce_model.effects import Effect
+from lce_model.lag import lag
 from lce_model.terms import Parameter
 
 
-def start(displacement: float) -> tuple[float, float]:
+def start(displacement: float) -> tuple[float, float, float]:
     """Relaxed."""
-    return displacement, displacement
+    return displacement, displacement, displacement
 
 
-def step(displacement: float, dt: float, late: float, share: float, tau_v: float) -> tuple[float, float]:
-    """The late part [m] and the displacement [m]."""
-    late = displacement + (late - displacement) * math.exp(-dt / tau_v)
-    return late, displacement + share * (late - displacement)
+def step(
+    displacement: float, dt: float, before: float, late: float, share: float, tau_v: float
+) -> tuple[float, float, float]:
+    """Displacement without creep, what is late of it, and the displacement [m]."""
+    late = lag(late, before, displacement, dt, tau_v)
+    return displacement, late, displacement + share * (late - displacement)
 
 
 EFFECT = Effect(
@@ -26,7 +27,7 @@ EFFECT = Effect(
         Parameter("share", "1", 0.0, 0.0, 0.5, "share that arrives late", "d3sm00770g; adfm.202311425"),
         Parameter("tau_v", "s", 10.0, 0.1, 1000.0, "retardation time τ_v", "d3sm00770g; adfm.202311425", scale="log"),
     ),
-    states=("late",),
+    states=("before", "late"),
     outputs=("displacement",),
     start=start,
     step=step,

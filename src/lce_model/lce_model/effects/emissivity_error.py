@@ -5,9 +5,9 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def step(measured_temperature: float, temperature: float, ambient: float, error: float) -> float:
+def step(measured_temperature: float, ambient: float, error: float) -> float:
     """What the camera shows [K]."""
-    return measured_temperature - error * (temperature - ambient)
+    return measured_temperature - error * (measured_temperature - ambient)
 
 
 EFFECT = Effect(

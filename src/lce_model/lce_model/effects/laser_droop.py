@@ -18,7 +18,8 @@ def start(light: float) -> tuple[float, float]:
 def step(light: float, dt: float, warmth: float, delta: float, tau: float) -> tuple[float, float]:
     """Warmth s and light [W]."""
     on = 1.0 if light > 0.0 else 0.0
-    return on + (warmth - on) * math.exp(-dt / tau), light * (1.0 - delta * warmth)
+    after = on + (warmth - on) * math.exp(-dt / tau)
+    return after, light * (1.0 - delta * 0.5 * (warmth + after))
 
 
 EFFECT = Effect(

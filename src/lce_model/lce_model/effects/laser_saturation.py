@@ -30,4 +30,5 @@ EFFECT = Effect(
     step=step,
     strength="curvature",
     typical=0.1,
+    place=-1,
 )

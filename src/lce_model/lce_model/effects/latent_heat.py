@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The transition takes heat: the heat capacity is c + L g(T) with a bell g around the transition.
 
-Λ = L/c, g(T) = exp(-((T - T_c)/w)²/2)/(w √(2π)); the heat balance moves T by 1/(1 + Λ g) of what it would.
+g(T) = exp(-((T - T_c)/w)²/2)/(w √(2π)), whose area is 1: L is the heat of the whole transition.
 """
 
 import math
@@ -10,32 +10,18 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def start(temperature: float) -> float:
-    """At the temperature given."""
-    return temperature
-
-
 def step(
-    temperature: float,
-    temperature_before: float,
-    heat: float,
-    center: float,
-    width: float,
-    capacity: float,
+    heat_capacity: float, temperature_midway: float, heat: float, center: float, width: float, capacity: float
 ) -> float:
-    """Temperature [K] at the end of the step."""
-    rise = temperature - temperature_before
-    z = (temperature_before + 0.5 * rise - center) / width
-    extra = heat / capacity * math.exp(-0.5 * z * z) / (width * math.sqrt(2.0 * math.pi))
-    if extra == 0.0:
-        return temperature
-    return temperature_before + rise / (1.0 + extra)
+    """Heat capacity in units of c."""
+    z = (temperature_midway - center) / width
+    return heat_capacity + heat / capacity * math.exp(-0.5 * z * z) / (width * math.sqrt(2.0 * math.pi))
 
 
 EFFECT = Effect(
     name="latent_heat",
     stage="heat",
-    equation="dT/dt = (...)/(1 + (L/c) g(T))",
+    equation="dT/dt = (...) c/(c + L g(T))",
     parameters=(
         Parameter("heat", "J/g", 0.0, 0.0, 10.0, "latent heat L", "0.2–5 J/g in analogues (PRE 78, 011708)"),
         Parameter(
@@ -44,8 +30,7 @@ EFFECT = Effect(
         Parameter("width", "K", 8.0, 2.0, 20.0, "width of the transition w", "plausible, no source found", scale="log"),
         Parameter("capacity", "J/(g K)", 1.8, 0.5, 5.0, "specific heat capacity c", "polymer network", fixed=True),
     ),
-    outputs=("temperature",),
-    start=start,
+    outputs=("heat_capacity",),
     step=step,
     strength="heat",
     typical=2.0,

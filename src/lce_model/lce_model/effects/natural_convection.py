@@ -10,9 +10,9 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def step(heating: float, temperature: float, ambient: float, loss_rate: float, share: float) -> float:
+def step(heating: float, temperature_midway: float, ambient: float, loss_rate: float, share: float) -> float:
     """Heating rate [K/s]."""
-    excess = temperature - ambient
+    excess = temperature_midway - ambient
     return heating - share * loss_rate * excess * (math.sqrt(math.sqrt(abs(excess) / 40.0)) - 1.0)
 
 

@@ -1,21 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The strip absorbs more or less light as its order, hence its shape and its dichroism, changes.
 
-η = 1 + κ (1 - Q̄/Q̄0), with the order at the end of the step before.
+P_L = P (1 + κ (1 - Q̄/Q̄0)), with the order halfway, as the step before lets expect.
 """
+
+import math
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def start(light: float) -> float:
-    """Unchanged at full order."""
-    return light
+def start(light: float) -> tuple[float, float]:
+    """In the dark; the order is not known yet."""
+    return math.nan, light
 
 
-def step(light: float, order: float, reference_order: float, kappa: float) -> float:
-    """Light [W] that counts."""
-    return light * (1.0 + kappa * (1.0 - order / reference_order))
+def step(light: float, order: float, reference_order: float, before: float, kappa: float) -> tuple[float, float]:
+    """The order now, and the light [W] that counts."""
+    midway = order if math.isnan(before) else order + 0.5 * (order - before)
+    return order, light * (1.0 + kappa * (1.0 - midway / reference_order))
 
 
 EFFECT = Effect(
@@ -33,6 +36,7 @@ EFFECT = Effect(
             "face area ∝ λ^½, computed",
         ),
     ),
+    states=("before",),
     outputs=("light",),
     start=start,
     step=step,

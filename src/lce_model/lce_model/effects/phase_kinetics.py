@@ -1,23 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The transition takes time: the fraction relaxes towards that of the model, dx/dt = (x_model - x)/τ_x."""
 
-import math
-
 from lce_model.effects import Effect
+from lce_model.lag import lag
 from lce_model.terms import Parameter
 
 
-def start(fraction: float) -> tuple[float, float]:
+def start(fraction: float) -> tuple[float, float, float]:
     """At the fraction of the model."""
-    return fraction, fraction
+    return fraction, fraction, fraction
 
 
-def step(fraction: float, dt: float, late: float, tau_x: float) -> tuple[float, float]:
-    """The fraction that lags."""
-    if tau_x == 0.0:
-        return fraction, fraction
-    late = fraction + (late - fraction) * math.exp(-dt / tau_x)
-    return late, late
+def step(fraction: float, dt: float, before: float, late: float, tau_x: float) -> tuple[float, float, float]:
+    """The fraction of the model, and the one that lags it."""
+    late = lag(late, before, fraction, dt, tau_x)
+    return fraction, late, late
 
 
 EFFECT = Effect(
@@ -29,7 +26,7 @@ EFFECT = Effect(
             "tau_x", "s", 0.0, 0.0, 100.0, "relaxation time τ_x", "plausible, no source found", scale="asinh", knee=1.0
         ),
     ),
-    states=("late",),
+    states=("before", "late"),
     outputs=("fraction",),
     start=start,
     step=step,

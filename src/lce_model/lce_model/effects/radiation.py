@@ -6,9 +6,11 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def step(heating: float, temperature: float, ambient: float, emissivity: float, area_per_capacity: float) -> float:
+def step(
+    heating: float, temperature_midway: float, ambient: float, emissivity: float, area_per_capacity: float
+) -> float:
     """Heating rate [K/s]."""
-    return heating - emissivity * STEFAN_BOLTZMANN * area_per_capacity * (temperature**4 - ambient**4)
+    return heating - emissivity * STEFAN_BOLTZMANN * area_per_capacity * (temperature_midway**4 - ambient**4)
 
 
 EFFECT = Effect(

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The strip keeps a little of every movement: residual contraction grows with the path, and saturates.
 
-dS = |dd| (1 - S/S_max), d → d + r S.
+dS = |dd| (1 - S/S_max), so S = S_max (1 - exp(-∫|dd|/S_max)), and d → d + r S.
 """
+
+import math
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter
@@ -14,9 +16,9 @@ def start(displacement: float) -> tuple[float, float, float]:
 
 
 def step(displacement: float, last: float, path: float, share: float, saturation: float) -> tuple[float, float, float]:
-    """Displacement before, path S [m], and displacement with the residue [m]."""
-    path = path + abs(displacement - last) * (1.0 - path / saturation)
-    return displacement, path, displacement + share * path
+    """Displacement before, path ∫|dd| [m], and displacement with the residue [m]."""
+    path = path + abs(displacement - last)
+    return displacement, path, displacement - share * saturation * math.expm1(-path / saturation)
 
 
 EFFECT = Effect(
@@ -38,10 +40,7 @@ EFFECT = Effect(
             fixed=True,
         ),
     ),
-    states=(
-        "last",
-        "path",
-    ),
+    states=("last", "path"),
     outputs=("displacement",),
     start=start,
     step=step,

@@ -4,23 +4,20 @@
 dT_b/dt = (T - T_b)/τ_d, the first mode of the diffusion through the thickness, τ_d = t²/(π² α).
 """
 
-import math
-
 from lce_model.effects import Effect
+from lce_model.lag import lag
 from lce_model.terms import Parameter
 
 
-def start(order_temperature: float) -> tuple[float, float]:
+def start(order_temperature: float) -> tuple[float, float, float]:
     """Uniform."""
-    return order_temperature, order_temperature
+    return order_temperature, order_temperature, order_temperature
 
 
-def step(order_temperature: float, dt: float, bulk: float, tau_d: float) -> tuple[float, float]:
-    """Temperature of the bulk [K], which is what the order follows."""
-    if tau_d == 0.0:
-        return order_temperature, order_temperature
-    bulk = order_temperature + (bulk - order_temperature) * math.exp(-dt / tau_d)
-    return bulk, bulk
+def step(order_temperature: float, dt: float, surface: float, bulk: float, tau_d: float) -> tuple[float, float, float]:
+    """Temperatures of the surface and of the bulk [K], which is what the order follows."""
+    bulk = lag(bulk, surface, order_temperature, dt, tau_d)
+    return order_temperature, bulk, bulk
 
 
 EFFECT = Effect(
@@ -30,11 +27,12 @@ EFFECT = Effect(
     parameters=(
         Parameter("tau_d", "s", 0.0, 0.0, 4.0, "diffusion time τ_d", "t²/(π² α) = 0.09 s for 0.3 mm, computed"),
     ),
-    states=("bulk",),
+    states=("surface", "bulk"),
     outputs=("order_temperature",),
     start=start,
     step=step,
     strength="tau_d",
     typical=0.5,
+    place=-1,
     nudges=(0.05,),
 )

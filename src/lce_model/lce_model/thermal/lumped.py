@@ -11,10 +11,19 @@ def start(temperature: float, tau: float) -> tuple[float, float]:
     return temperature, 1.0 / tau
 
 
-def step(light: float, ambient: float, heating: float, temperature: float, dt: float, gain: float, tau: float) -> tuple[float, float]:
+def step(
+    light: float,
+    ambient: float,
+    heating: float,
+    heat_capacity: float,
+    temperature: float,
+    dt: float,
+    gain: float,
+    tau: float,
+) -> tuple[float, float]:
     """Exact solution over a step with constant light: T relaxes to T_env + K·P (+ τ·heating) with τ."""
     steady = ambient + gain * light + tau * heating
-    return steady + (temperature - steady) * math.exp(-dt / tau), 1.0 / tau
+    return steady + (temperature - steady) * math.exp(-dt / (tau * heat_capacity)), 1.0 / tau
 
 
 LUMPED = Term(

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The first-order lag that several effects share."""
+
+import math
+
+from numba.extending import register_jitable
+
+
+@register_jitable
+def lag(late: float, before: float, now: float, dt: float, tau: float) -> float:
+    """What follows a value with the time constant ``tau`` [s] after a step of ``dt`` [s]; the value itself at tau = 0.
+
+    Exact for a value that goes straight from ``before`` to ``now``, so that it is smooth in tau down to zero.
+    """
+    if tau == 0.0:
+        return now
+    if dt == 0.0:
+        return late
+    ratio = dt / tau
+    return now + (late - before) * math.exp(-ratio) + (now - before) * math.expm1(-ratio) / ratio
