@@ -17,6 +17,7 @@ from lce_analysis.diagnose.examine import Examination, Score, examine
 from lce_analysis.diagnose.settled import Settled, in_noise, settle
 from lce_analysis.diagnose.whitening import Noise
 from lce_analysis.experiment import Run
+from lce_analysis.fit.identify import check_runs
 from lce_analysis.fit.least_squares import Progress
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions
 from lce_analysis.noise import noise_floor
@@ -241,6 +242,7 @@ def _problem(model: Model, runs: Sequence[Run], candidates: Sequence[Effect]) ->
     """The model, with all candidates at their null values, beside the runs."""
     if not runs:
         raise LceError("no runs to diagnose")
+    check_runs(model, runs)
     inputs = [prepare(run, model) for run in runs]
     whole = model
     for effect in candidates:

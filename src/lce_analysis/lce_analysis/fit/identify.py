@@ -44,6 +44,8 @@ GUESSED, GUESSES = 2000, 20
 """Random parameter sets tried, and how many of the best become starts of the least squares (§4.5)."""
 EVOLUTIONS = 3
 """Populations that the two-step strategy tries (step 3 of §5.3.2: start again where a search went astray)."""
+HALVING = ((20, 8), (5, 25), (2, 200))
+"""Rounds of the least squares from several starts: how many of the best go on, for how many steps."""
 REFINED = 6
 """Members of each population that are refined by least squares."""
 REWEIGHTED = 3
@@ -95,7 +97,7 @@ def fit(
     inputs = [prepare(run, model) for run in runs]
     if not inputs:
         raise LceError("no runs to fit")
-    _check(model, runs)
+    check_runs(model, runs)
     search = _Search(model, inputs, drive, progress, seed)
     return search.result()
 
@@ -110,14 +112,21 @@ def fit_each(
     )
 
 
-def _check(model: Model, runs: Sequence[Run]) -> None:
+def check_runs(model: Model, runs: Sequence[Run]) -> None:
+    """Raise LceError where a run has nothing to say of the model, or the runs are not of one strip."""
+    lengths = {run.name: run.conditions["strip_length_m"] for run in runs if "strip_length_m" in run.conditions}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name}: {length} m" for name, length in lengths.items())
+        raise LceError(f"runs of strips of different length cannot share one parameter set ({told})")
     for run in runs:
         if model.deformation == "none" and run.temperature is None:
             raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
         if model.deformation != "none" and run.displacement is None and run.power is None:
             raise LceError(f"{run.name}: nothing in it says anything of this model")
-        if run.power is not None and model.thermal != "none" and np.ptp(run.power.value) == 0.0 == run.power.value[0]:
-            raise LceError(f"{run.name}: the laser was never on; nothing can be identified from it")
+        if run.power is not None and model.thermal != "none" and np.ptp(run.power.value) == 0.0:
+            raise LceError(
+                f"{run.name}: the laser power is {run.power.value[0]:g} W all the time; nothing can be identified from it"
+            )
     if model.deformation != "none" and all(run.displacement is None for run in runs):
         raise LceError("no run has a displacement; fit with --deformation none")
 
@@ -205,17 +214,26 @@ class _Search:
         box = _search_box(problem, coarse)
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
-        best: Optimum | None = None
-        for guess in guesses(problem, box, label):
-            optimum = levenberg_marquardt(problem, guess, label, self.progress, 200)
-            self._count(optimum)
-            if best is None or optimum.rms < best.rms:
-                best = optimum
-            if self.interrupted or best.rms < NOISE_LEVEL:
-                break
-        assert best is not None
+        best = self._best_of(problem, list(guesses(problem, box, label)), label)
         self._adopt_deformation(problem, best.variables)
         return Problem(self.model, full, free, np.zeros(len(full)), blocks_of(full, None, sigma))
+
+    def _best_of(self, problem: Problem, guesses: list[Floats], label: str) -> Optimum:
+        """Least squares from several starts, those that fall behind given up early."""
+        ranked: list[Optimum] = []
+        for keep, iterations in HALVING:
+            reached = [o.variables for o in ranked] or guesses
+            if len(reached) <= HALVING[-1][0] and iterations < HALVING[-1][1]:
+                continue
+            found = []
+            for guess in reached[:keep]:
+                optimum = levenberg_marquardt(problem, guess, label, self.progress, iterations)
+                self._count(optimum)
+                found.append(optimum)
+                if self.interrupted or optimum.rms < NOISE_LEVEL:
+                    return min(found, key=lambda o: o.rms)
+            ranked = sorted(found, key=lambda o: o.rms)
+        return ranked[0]
 
     def _adopt_deformation(self, problem: Problem, variables: Floats) -> None:
         starts = self.starts
@@ -382,12 +400,12 @@ def _search_box(problem: Problem, inputs: Sequence[RunInput]) -> tuple[Floats, F
     coldest = min(float(i.drive_k.min()) for i in inputs)
     hottest = max(float(i.drive_k.max()) for i in inputs)
     values = [problem.model.values[i] for i in problem.free]
-    low = np.array([max(v.lower, min(coldest - 40.0, v.upper)) if v.unit == "K" else v.lower for v in values])
-    high = np.array([min(v.upper, max(hottest, v.lower)) if v.unit == "K" else v.upper for v in values])
-    low, high = (
-        np.where(low < high, low, problem.coordinates.lower),
-        np.where(low < high, high, problem.coordinates.upper),
-    )
+    # Differences of temperature are in K too, but start near zero.
+    temperature = np.array([v.unit == "K" and v.parameter.lower > 100.0 for v in values])
+    lower, upper = problem.coordinates.lower, problem.coordinates.upper
+    low = np.where(temperature, np.maximum(lower, coldest - 40.0), lower)
+    high = np.where(temperature, np.minimum(upper, hottest), upper)
+    low, high = np.where(low < high, low, lower), np.where(low < high, high, upper)
     return problem.coordinates.to_box(low), problem.coordinates.to_box(high)
 
 

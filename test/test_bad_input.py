@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a user can get wrong: one clear line on stderr, exit 1, nothing written."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from run_command import lce
+
+from lce_bringup.cli import main
+from lce_model import KELVIN, default_model, save_model, simulate
+
+HEADER = "time_s,power_w,temperature_c,displacement_m"
+Lines = list[str]
+
+
+def _rows() -> Lines:
+    """A good CSV of 20 s at 10 Hz."""
+    time = np.arange(0.0, 20.0, 0.1)
+    power = np.where((time > 1.0) & (time < 10.0), 1.2, 0.0)
+    made = simulate(default_model(), time, power)
+    table = zip(time, power, made.temperature_k - KELVIN, made.displacement_m, strict=True)
+    return [HEADER, *(f"{t:.2f},{p},{c:.3f},{d:.7f}" for t, p, c, d in table)]
+
+
+def _cell(rows: Lines, line: int, column: int, text: str) -> Lines:
+    cells = rows[line - 1].split(",")
+    cells[column] = text
+    return [*rows[: line - 1], ",".join(cells), *rows[line:]]
+
+
+def _scaled(rows: Lines, column: int, change: Callable[[float], float]) -> Lines:
+    for line in range(2, len(rows) + 1):
+        value = float(rows[line - 1].split(",")[column])
+        rows = _cell(rows, line, column, f"{change(value):.6f}")
+    return rows
+
+
+CSV: dict[str, tuple[Callable[[Lines], Lines], str]] = {
+    "no time column": (lambda r: [row.partition(",")[2] for row in r], "expected time_s"),
+    "a column of another name": (lambda r: [HEADER.replace("power_w", "power_mw"), *r[1:]], "power_mw"),
+    "neither temperature nor displacement": (lambda r: [",".join(x.split(",")[:2]) for x in r], "nothing to compare"),
+    "nothing but a header": (lambda r: r[:1], "samples"),
+    "an empty file": (lambda _: [], "expected time_s"),
+    "NaN": (lambda r: _cell(r, 31, 2, "nan"), "row 31: temperature_c is nan"),
+    "a word for a number": (lambda r: _cell(r, 31, 3, "far"), "row 31: displacement_m is 'far'"),
+    "time backwards": (lambda r: _cell(r, 51, 0, "0.35"), "row 51: time does not increase"),
+    "a time missing": (lambda r: _cell(r, 51, 0, ""), "row 51: time_s is empty"),
+    "negative power": (lambda r: _cell(r, 21, 1, "-0.5"), "a laser gives 0 W or more"),
+    "kelvin": (lambda r: _scaled(r, 2, lambda x: x + KELVIN), "is it in kelvin"),
+    "millimetres": (lambda r: _scaled(r, 3, lambda x: 1000.0 * x), "is it in millimetres"),
+    "a laser that is never on": (lambda r: _scaled(r, 1, lambda _: 0.0), "nothing can be identified"),
+}
+
+MODEL: dict[str, tuple[Callable[[dict], None], str]] = {  # type: ignore[type-arg]
+    "an unknown key": (lambda m: m.update(termal="lumped"), "unknown key 'termal'"),
+    "an unknown parameter": (lambda m: m["parameters"]["lumped"].update(tua={"value": 1}), "unknown key 'tua'"),
+    "an unknown model": (lambda m: m.update(deformation="equilibium"), "unknown model 'equilibium'"),
+    "a unit that does not fit": (
+        lambda m: m["parameters"]["lumped"]["tau"].update(unit="min"),
+        "parameters.lumped.tau.unit: 'min'",
+    ),
+    "a value outside its range": (lambda m: m["parameters"]["lumped"]["tau"].update(value=-3.0), "lumped.tau: -3 s"),
+    "a value that is no number": (
+        lambda m: m["parameters"]["lumped"]["tau"].update(value="long"),
+        "parameters.lumped.tau.value: 'long'",
+    ),
+}
+
+
+@pytest.fixture
+def refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[[list[str], str], None]:
+    """Run a command in ``tmp_path`` that must fail with one line that holds what is told, and leave nothing."""
+
+    def check(words: list[str], told: str) -> None:
+        monkeypatch.chdir(tmp_path)
+        before = sorted(tmp_path.rglob("*"))
+        assert main(words) == 1
+        (line,) = capfd.readouterr().err.strip().splitlines()
+        assert told in line
+        assert sorted(tmp_path.rglob("*")) == before
+
+    return check
+
+
+@pytest.mark.parametrize("case", CSV)
+def test_a_csv_that_is_wrong(case: str, tmp_path: Path, refused: Callable[[list[str], str], None]) -> None:
+    change, told = CSV[case]
+    (tmp_path / "run.csv").write_text("\n".join(change(_rows())) + "\n", encoding="utf-8")
+    refused(["fit", "run.csv", "--out", "m.yaml"], told)
+
+
+@pytest.mark.parametrize("case", MODEL)
+def test_a_model_file_that_is_wrong(case: str, tmp_path: Path, refused: Callable[[list[str], str], None]) -> None:
+    change, told = MODEL[case]
+    save_model(default_model(), tmp_path / "m.yaml")
+    content = yaml.safe_load((tmp_path / "m.yaml").read_text(encoding="utf-8"))
+    change(content)
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    (tmp_path / "run.csv").write_text("\n".join(_rows()) + "\n", encoding="utf-8")
+    refused(["compare", "run.csv", "--model", "m.yaml", "--report", "r.html"], told)
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A good recording of a few seconds."""
+    folder = tmp_path_factory.mktemp("bag") / "run"
+    done = lce("run", "pulse:th=2,rest=2", "--fast", "--out", str(folder))
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize(("kept", "told"), [(0.0, "run"), (0.5, "lce repair")])
+def test_a_bag_that_is_empty_or_cut_off(
+    kept: float, told: str, bag: Path, tmp_path: Path, refused: Callable[[list[str], str], None]
+) -> None:
+    broken = tmp_path / "run"
+    broken.mkdir()
+    for file in bag.iterdir():
+        data = file.read_bytes()
+        (broken / file.name).write_bytes(data[: int(kept * len(data))] if file.suffix == ".mcap" else data)
+    refused(["fit", "run", "--out", "m.yaml"], told)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["run", "puls:th=2", "--fast", "--out", "o"], "unknown protocol 'puls:th=2'"),
+        (["run", "pulse:th=two", "--fast", "--out", "o"], "th = 'two' is not a number"),
+        (["run", "pulse", "--fast", "--set", "lumped.tau=-1", "--out", "o"], "lumped.tau: -1 s"),
+        (["fit", "nowhere", "--out", "m.yaml"], "nowhere: no such file or folder"),
+        (["simulate", "--model", "nowhere.yaml", "--input", "w.csv", "--out", "o.csv"], "nowhere.yaml"),
+    ],
+)
+def test_words_that_mean_nothing(words: list[str], told: str, refused: Callable[[list[str], str], None]) -> None:
+    refused(words, told)
