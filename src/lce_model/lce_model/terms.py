@@ -132,5 +132,5 @@ class Term:
 
 
 def reads(term: Term, signal: str) -> bool:
-    """Is the signal an argument of the term's step?"""
-    return signal in inspect.signature(term.step).parameters
+    """Is the signal an argument of the term's step or start?"""
+    return any(signal in inspect.signature(f).parameters for f in (term.step, term.start) if f is not None)
