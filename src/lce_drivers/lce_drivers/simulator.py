@@ -85,4 +85,4 @@ def strip_model(model_file: str, settings: Iterable[str]) -> Model:
     """The model of a file (empty: the default one) with settings TERM.PARAM=VALUE; blank ones are skipped."""
     model = load_model(model_file) if model_file else default_model()
     changes = [Setting.parse(text) for text in settings if text.strip()]
-    return model.set({change.key: change.value for change in changes})
+    return model.configured({change.key: change.value for change in changes})

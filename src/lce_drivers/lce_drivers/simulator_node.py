@@ -4,6 +4,8 @@
 Subscribes  laser/power       std_msgs/Float64, W
 Publishes   sim/temperature   sensor_msgs/Temperature, °C, 100 Hz, the true state at header.stamp
             sim/displacement  std_msgs/Float64, m, 100 Hz, the true state
+            Where the model has effects of the sensors, what sensors without noise would show: a lag or a drift
+            belongs to one model file and not to the sensor nodes, which add noise and rate alone.
 Parameters  model_file        path of a model file; empty: the default model
             set               TERM.PARAM=VALUE, any number: parameters of the model that differ from it
             power_timeout_s   s, a laser power older than this counts as zero
@@ -57,12 +59,12 @@ class Simulator(BenchNode):
             return
         for power_w, dt_s in self._drive.advance(self.tick_s):
             self._strip.step(power_w, dt_s)
-        message = Temperature(temperature=to_celsius(self._strip.temperature_k))
+        message = Temperature(temperature=to_celsius(self._strip.measured_temperature_k))
         message.header.stamp = to_stamp(self.tick_s)
         message.header.frame_id = "strip"
         self._temperature.publish(message)
-        if not math.isnan(self._strip.displacement_m):
-            self._displacement.publish(Float64(data=self._strip.displacement_m))
+        if not math.isnan(self._strip.measured_displacement_m):
+            self._displacement.publish(Float64(data=self._strip.measured_displacement_m))
 
     def _report_state(self) -> None:
         if not self._laser_found:

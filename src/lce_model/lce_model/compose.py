@@ -21,7 +21,11 @@ from typing import Any, Final
 
 import numba
 import numpy as np
+from numba import float64
+from numba.core.errors import NumbaError
+from numba.core.types import Number
 
+from lce_model.errors import LceError
 from lce_model.terms import SIGNALS, Stage, Term
 
 AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
@@ -187,6 +191,30 @@ def _import_generated(path: Path, names: dict[str, Any]) -> ModuleType:
     return module
 
 
+def _mistake(terms: tuple[Term, ...]) -> str:
+    """Of terms that do not compile together, the first that is wrong in itself, and what is wrong with it."""
+    for term in terms:
+        arrays = dict(term.arrays)
+        for function in (term.start, term.step):
+            if function is None:
+                continue
+            where = f"{inspect.getfile(function)}: {function.__name__}"
+            compiled = numba.njit(error_model="numpy")(function)
+            try:
+                compiled.compile(
+                    tuple(float64[::1] if a in arrays else float64 for a in inspect.signature(function).parameters)
+                )
+            except NumbaError as error:
+                told = (line for line in str(error).splitlines() if not line.startswith(("Failed in", "During:")))
+                return f"{where} cannot be compiled: {next(told, error)}"
+            given = compiled.nopython_signatures[0].return_type
+            wanted = (*term.states, *term.outputs)
+            values = getattr(given, "types", (given,))
+            if len(values) != len(wanted) or not all(isinstance(v, Number) for v in values):
+                return f"{where} returns {given}, but has to return a number each for {', '.join(wanted)}"
+    return ""
+
+
 @cache
 def compile_terms(terms: tuple[Term, ...]) -> Kernel:
     """Compile the terms, or load what an earlier process compiled."""
@@ -204,5 +232,8 @@ def compile_terms(terms: tuple[Term, ...]) -> Kernel:
         names[f"{term.name}_step"] = numba.njit(error_model="numpy")(term.step)
         if term.start is not None:
             names[f"{term.name}_start"] = numba.njit(error_model="numpy")(term.start)
-    module = _import_generated(path, names)
+    try:
+        module = _import_generated(path, names)
+    except NumbaError as error:
+        raise LceError(_mistake(terms) or str(error)) from None
     return Kernel(module.run, module.run_many, module.begin, module.advance, size)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_model.compose import Kernel, compile_terms
+from lce_model.effects import find, library
 from lce_model.errors import LceError
 from lce_model.library import PUBLISHED, terms
 from lce_model.terms import Parameter, Term
@@ -68,7 +69,7 @@ class Model:
     Attributes
     ----------
     thermal, deformation : names of the base models (:mod:`lce_model.library`).
-    effects : names of the effects added to them.
+    effects : names of the effects added to them; for one of the user's own, the path of its file.
     values : one per parameter, in the order of the terms.
     fit : record of the identification that gave the values, empty before one.
     """
@@ -115,6 +116,14 @@ class Model:
             values[i] = replace(values[i], value=float(number), standard_error=None, determined=None)
         return replace(self, values=tuple(values))
 
+    def configured(self, changes: Mapping[str, float]) -> "Model":
+        """As ``set``; an effect of the library whose parameter is named is added first where the model lacks it."""
+        model = self
+        for name in dict.fromkeys(key.partition(".")[0] for key in changes):
+            if name in library() and name not in model.effects:
+                model = model.add(name)
+        return model.set(changes)
+
     def hold(self, ranges: Mapping[str, tuple[float, float]]) -> "Model":
         """A copy whose parameters TERM.PARAM are searched between (lower, upper) only; a value outside moves in."""
         values = list(self.values)
@@ -131,16 +140,17 @@ class Model:
         return replace(self, values=values)
 
     def add(self, effect: str) -> "Model":
-        """A copy with one more effect, at its null value; LceError where it is there already."""
-        if effect in self.effects:
+        """A copy with one more effect (a name, or the path of a file) at its null value; LceError where it is there."""
+        if find(effect).reference in self.effects:
             raise LceError(f"the model has {effect} already")
         return self._carried(default_model(self.thermal, self.deformation, (*self.effects, effect)))
 
     def without(self, effect: str) -> "Model":
         """A copy without an effect."""
-        if effect not in self.effects:
+        reference = find(effect).reference
+        if reference not in self.effects:
             raise LceError(f"the model has no effect {effect}; it has {', '.join(self.effects) or 'none'}")
-        kept = tuple(e for e in self.effects if e != effect)
+        kept = tuple(e for e in self.effects if e != reference)
         return self._carried(default_model(self.thermal, self.deformation, kept))
 
     def _carried(self, other: "Model") -> "Model":
@@ -160,5 +170,5 @@ def default_model(thermal: str = "lumped", deformation: str = "equilibrium", eff
         for term in terms(thermal, deformation, effects)
         for p in term.parameters
     )
-    model = Model(thermal, deformation, effects, values)
+    model = Model(thermal, deformation, tuple(find(e).reference for e in effects), values)
     return model.set({k: v for k, v in PUBLISHED.get(deformation, {}).items() if k in model})

@@ -31,16 +31,19 @@ def load_model(path: str | os.PathLike[str]) -> Model:
         line = f", line {where.line + 1}" if where else ""
         raise LceError(f"{path}{line}: not a YAML file") from None
     try:
-        return _model(_mapping(content, "the file"))
+        return _model(_mapping(content, "the file"), path.parent)
     except LceError as error:
         raise LceError(f"{path}: {error}") from None
 
 
 def save_model(model: Model, path: str | os.PathLike[str]) -> None:
-    """Write a model file; a file that stood there is replaced in one step, never left half-written."""
-    write_atomically(
-        Path(path), yaml.dump(_document(model), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
-    )
+    """Write a model file; a file that stood there is replaced in one step, never left half-written.
+
+    Effect files of the user's own are listed by their path from the model file, which finds them there.
+    """
+    path = Path(path)
+    document = _document(model, path.resolve().parent)
+    write_atomically(path, yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120))
 
 
 def write_atomically(path: Path, text: str) -> None:
@@ -76,7 +79,7 @@ def _number(x: float) -> str:
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
 
-def _document(model: Model) -> dict[str, Any]:
+def _document(model: Model, folder: Path) -> dict[str, Any]:
     parameters: dict[str, dict[str, _Line]] = {}
     for v in model.values:
         entry = _Line(value=float(v.value), unit=v.unit, bounds=[float(v.lower), float(v.upper)])
@@ -90,7 +93,7 @@ def _document(model: Model) -> dict[str, Any]:
         "format": FORMAT,
         "thermal": model.thermal,
         "deformation": model.deformation,
-        "effects": list(model.effects),
+        "effects": [os.path.relpath(e, folder) if e.endswith(".py") else e for e in model.effects],
         "parameters": parameters,
     }
     return document | ({"fit": _plain(model.fit)} if model.fit else {})
@@ -118,14 +121,15 @@ def _only(found: Iterable[str], known: Iterable[str], where: str) -> None:
             raise LceError(f"{where}: unknown key {key!r}; known: {', '.join(known)}")
 
 
-def _model(content: dict[str, Any]) -> Model:
+def _model(content: dict[str, Any], folder: Path) -> Model:
     _only(content, _TOP, "the file")
     if content.get("format") != FORMAT:
         raise LceError(f"format: {content.get('format')!r} is not {FORMAT!r}")
     effects = content.get("effects") or []
     if not isinstance(effects, list) or not all(isinstance(e, str) for e in effects):
         raise LceError(f"effects: {effects!r} is not a list of names")
-    model = default_model(str(content.get("thermal", "none")), str(content.get("deformation", "none")), tuple(effects))
+    found = tuple(str(folder / e) if e.endswith(".py") else e for e in effects)
+    model = default_model(str(content.get("thermal", "none")), str(content.get("deformation", "none")), found)
     given = _mapping(content.get("parameters") or {}, "parameters")
     _only(given, dict.fromkeys(v.term for v in model.values), "parameters")
     values = []

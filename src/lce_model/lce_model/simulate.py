@@ -96,9 +96,22 @@ class Stepper:
     @property
     def temperature_k(self) -> float:
         """Temperature now [K]."""
-        return float(self._state[SIGNAL_INDEX["temperature"]])
+        return self._signal("temperature")
 
     @property
     def displacement_m(self) -> float:
         """Displacement now [m], NaN where the model has no deformation stage."""
-        return float(self._state[SIGNAL_INDEX["displacement"]])
+        return self._signal("displacement")
+
+    @property
+    def measured_temperature_k(self) -> float:
+        """What a camera without noise shows now [K]."""
+        return self._signal("measured_temperature")
+
+    @property
+    def measured_displacement_m(self) -> float:
+        """What a distance sensor without noise shows now [m]."""
+        return self._signal("measured_displacement")
+
+    def _signal(self, name: str) -> float:
+        return float(self._state[SIGNAL_INDEX[name]])

@@ -27,7 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="D",
         help="T→d model: equilibrium (default), dynamic, none",
     )
-    parser.add_argument("--effect", action="append", default=[], metavar="E", help="add an effect of the library")
+    parser.add_argument(
+        "--effect",
+        action="append",
+        default=[],
+        metavar="E",
+        help="add an effect: a name (lce effects), or a file of yours",
+    )
     parser.add_argument("--start", type=Path, metavar="M0.yaml", help="model file with the values to start from")
     parser.add_argument("--set", action="append", default=[], metavar="TERM.PARAM=V", help="start from this value")
     parser.add_argument("--fix", action="append", default=[], metavar="TERM.PARAM", help="do not fit this parameter")
@@ -86,7 +92,9 @@ def _model(args: argparse.Namespace, runs: Sequence[Run]) -> Model:
     if deformation != "none" and all(run.displacement is None for run in runs):
         deformation = "none"
         print("lce: no run has a displacement: fitting the thermal stage alone", file=sys.stderr)
-    model = load_model(args.start) if args.start else default_model(thermal, deformation, tuple(args.effect))
+    model = load_model(args.start) if args.start else default_model(thermal, deformation)
+    for effect in args.effect:
+        model = model.add(effect)
     ranges = {}
     for text in args.hold:
         key, _, bounds = text.partition("=")
@@ -95,7 +103,7 @@ def _model(args: argparse.Namespace, runs: Sequence[Run]) -> Model:
             ranges[key] = float(low), float(high)
         except ValueError:
             raise LceError(f"--hold {text}: expected TERM.PARAM=LOWER,UPPER") from None
-    return model.set(parse_settings(args.set)).hold(ranges).fix(args.fix)
+    return model.configured(parse_settings(args.set)).hold(ranges).fix(args.fix)
 
 
 def _summary(result: FitResult) -> str:

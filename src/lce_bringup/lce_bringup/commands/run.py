@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="EFFECT.PARAM=V",
-        help="a parameter of the strip, repeatable",
+        help="a parameter of the strip, repeatable; one of an effect adds the effect",
     )
     parser.add_argument("--seed", type=int, metavar="N", help="of the sensor noise, 0 or more; default: a new one")
     mode = parser.add_mutually_exclusive_group()
@@ -94,7 +94,7 @@ def _strip(model: Path | None, settings: dict[str, float]) -> tuple[dict[str, fl
     """Conditions of the run and the topics it gives. Raises LceError for what the simulator would refuse."""
     from lce_model import KELVIN, LceError, default_model, load_model
 
-    strip = (default_model() if model is None else load_model(model)).set(settings)
+    strip = (default_model() if model is None else load_model(model)).configured(settings)
     if strip.thermal == "none":
         raise LceError(f"{model}: has no thermal stage; a strip on the bench is driven by laser power")
     conditions = {}

@@ -33,14 +33,14 @@ def main(args: argparse.Namespace) -> int:
 
     if args.out.exists() and not args.force:
         raise LceError(f"{args.out}: exists already; --force overwrites it")
-    model = load_model(args.model).set(parse_settings(args.set))
+    model = load_model(args.model).configured(parse_settings(args.set))
     time_s, power_w = _input(args.input)
     run = simulate(model, time_s, power_w)
     columns = {"time_s": ("%.9g", time_s), "power_w": ("%.9g", power_w)}
     if model.thermal != "none":
-        columns["temperature_c"] = "%.6f", run.temperature_k - KELVIN
+        columns["temperature_c"] = "%.6f", run.measured_temperature_k - KELVIN
     if model.deformation != "none":
-        columns["displacement_m"] = "%.9e", run.displacement_m
+        columns["displacement_m"] = "%.9e", run.measured_displacement_m
     for name, (_, values) in columns.items():
         if not np.isfinite(values).all():
             raise LceError(f"{args.model}: {name} is not finite under {args.input}")

@@ -52,8 +52,12 @@ class Effect(Term):
         for name in (self.strength, *(key for key, _ in self.grid)):
             if name not in names:
                 raise LceError(f"effect {self.name}: no parameter {name!r}; it has {', '.join(names)}")
-        for value in (self.null, self.typical):
-            self.parameter(self.strength).check(value)
+        strength = self.parameter(self.strength)
+        if strength.default != self.null:
+            raise LceError(
+                f"effect {self.name}: {self.strength} is {strength.default:g} by default, not at its null {self.null:g}"
+            )
+        strength.check(self.typical)
         for name, values in self.grid:
             for value in values:
                 self.parameter(name).check(value)
