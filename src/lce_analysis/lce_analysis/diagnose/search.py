@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnose.examine import Examination, Score, examine
-from lce_analysis.diagnose.settled import Settled, in_noise, settle
+from lce_analysis.diagnose.settled import Settled, in_noise, settle, without_jumps
 from lce_analysis.diagnose.whitening import Noise
 from lce_analysis.experiment import Run
 from lce_analysis.fit.identify import check_runs
@@ -123,6 +123,8 @@ class Search:
         self.steps: list[Step] = []
         self.doubtful: list[str] = []
         problem = _problem(model, runs, self.candidates)
+        rough = settle(problem, _misfit(problem), "the model as it is", progress, ITERATIONS).problem
+        problem = without_jumps(rough)
         self.settled = settle(problem, _misfit(problem), "the model as it is", progress, ITERATIONS)
         self.seen = self._look(_misfit(self.settled.problem))
         self.first, self.before = self.seen, self.model()

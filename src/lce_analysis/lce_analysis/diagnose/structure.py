@@ -70,7 +70,8 @@ def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
     begin = 0
     parts = []
     for b in problem.blocks:
-        parts.append(residual[begin : begin + b.measured.size])
+        part = residual[begin : begin + b.measured.size]
+        parts.append(part if b.keep is None else part * b.keep)
         begin += b.measured.size
     starts = problem.split(problem.first())[1]
     for i in range(len(problem.inputs)):

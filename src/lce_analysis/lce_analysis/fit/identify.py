@@ -125,7 +125,7 @@ def check_runs(model: Model, runs: Sequence[Run]) -> None:
             raise LceError(f"{run.name}: nothing in it says anything of this model")
         if run.power is not None and model.thermal != "none" and np.ptp(run.power.value) == 0.0:
             raise LceError(
-                f"{run.name}: the laser power is {run.power.value[0]:g} W all the time; nothing can be identified from it"
+                f"{run.name}: the laser power is {run.power.value[0]:g} W throughout; nothing can be identified from it"
             )
     if model.deformation != "none" and all(run.displacement is None for run in runs):
         raise LceError("no run has a displacement; fit with --deformation none")

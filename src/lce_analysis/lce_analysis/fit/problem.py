@@ -26,7 +26,8 @@ class Block:
     """One measured series of one run: which output it judges, and its weight 1/σ.
 
     ``whitening`` (p + 1,) is the filter 1 - φ1 z⁻¹ - … of an autoregressive noise; σ is then that of the innovations,
-    and the first p samples, which have no past, do not count.
+    and the first p samples, which have no past, do not count; nor do those where ``keep`` (n,) is 0; None
+    keeps all.
     """
 
     run: int
@@ -35,6 +36,7 @@ class Block:
     measured: Floats
     weight: float
     whitening: Floats = field(default_factory=lambda: np.ones(1))
+    keep: Floats | None = None
 
     @property
     def size(self) -> int:
@@ -43,9 +45,9 @@ class Block:
 
     def weighted(self, values: Floats) -> Floats:
         """Values (…, n) at the samples → (…, size) in units of the noise, whitened."""
-        if self.whitening.size == 1:
-            return self.weight * values
-        return np.asarray(lfilter(self.weight * self.whitening, np.ones(1), values)[..., self.whitening.size - 1 :])
+        past = self.whitening.size - 1
+        white = lfilter(self.whitening, np.ones(1), values)[..., past:] if past else values
+        return np.asarray(white * (self.weight if self.keep is None else self.weight * self.keep[past:]))
 
 
 @dataclass(frozen=True)
