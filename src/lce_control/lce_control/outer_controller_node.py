@@ -12,8 +12,9 @@ Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its ga
             lower_c, upper_c      °C, range of the setpoint
             displacement_timeout_s s, a displacement older than this counts as none
 
-All can be set while it runs. A target out of reach is refused, with the reachable range in the log and in /diagnostics;
-the one before it stays. There is no setpoint before the first target, nor without a fresh displacement.
+All can be set while it runs. A setpoint follows each displacement at once, and goes on at 100 Hz without. A target out
+of reach is refused, with the reachable range in the log and in /diagnostics; the one before it stays. There is no
+setpoint before the first target, nor without a fresh displacement.
 """
 
 import math
@@ -23,6 +24,7 @@ from typing import Any, Final
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
+from lce_control.controller_node import ControllerNode
 from lce_control.filters import Sample
 from lce_control.goal_node import Goal
 from lce_control.loop_parameters import declare_loop
@@ -30,15 +32,13 @@ from lce_control.loops import OuterLoop
 from lce_control.pid import Gains, Limits
 from lce_ros.conversions import to_celsius, to_kelvin, to_stamp
 from lce_ros.health import Level
-from lce_ros.held import Held
-from lce_ros.node import BenchNode, run
+from lce_ros.node import run
 
-PERIOD_S: Final = 0.01
 TUNED: Final = Gains(kp=39.0, ki=13.0, kd=2.0)
 """(6.12)"""
 
 
-class OuterController(BenchNode):
+class OuterController(ControllerNode):
     """One loop from displacement [m] to temperature setpoint [K], beside the feed-forward."""
 
     def __init__(self, **options: Any) -> None:
@@ -51,58 +51,53 @@ class OuterController(BenchNode):
                      lower=0.02, upper=1.0)  # fmt: skip
         self._outer = OuterLoop(declare_loop(self, TUNED, self._limits, "K", "m"))
         self._goal = Goal(self)
-        self._displacement: Held[Sample] = Held()
-        self._temperature_k: Held[float] = Held()
+        self._displacement: Sample | None = None
+        self._temperature_k = math.nan
         self._setpoint = self.advertise(Temperature, "temperature_setpoint")
-        self.listen(Float64, "displacement", self._hear_displacement)
-        self.listen(Temperature, "temperature", self._hear_temperature)
-        self.every(PERIOD_S, self._tick)
+        self.listen(Temperature, "temperature", self._take_temperature)
+        self.driven_by(Float64, "displacement", self._take_displacement)
 
-    def _tick(self) -> None:
-        self._goal.look(self.tick_s)
-        sample, temperature_k = self._displacement.get(self.tick_s), self._temperature_k.get(self.tick_s)
-        setpoint_k = math.nan
-        if sample is None or self._displacement.age(self.now_s()) > self.value("displacement_timeout_s"):
+    def step(self, now_s: float) -> None:
+        """Publish the setpoint for now."""
+        self._goal.look(now_s)
+        displacement, setpoint_k = self._displacement, math.nan
+        if displacement is None or now_s - displacement.t_s > self.value("displacement_timeout_s"):
             self._outer.reset()
             self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: no setpoint")
         elif not self._goal.exists:
             self.report(Level.OK, "no target: no setpoint")
         else:
-            self._outer.follow_k = self.value("follow_k")
-            setpoint_k = self._outer.step(
-                self.tick_s,
-                self._goal.target_m,
-                self._goal.temperature_k,
-                sample,
-                math.nan if temperature_k is None else temperature_k,
-            )
-            self._report_values(sample, setpoint_k)
+            setpoint_k = self._follow(now_s, displacement)
         if self._goal.refusal is not None:
             self.report(Level.ERROR, self._goal.refusal)
         message = Temperature(temperature=to_celsius(setpoint_k))
-        message.header.stamp = to_stamp(self.tick_s)
+        message.header.stamp = to_stamp(now_s)
         message.header.frame_id = "strip"
         self._setpoint.publish(message)
 
-    def _report_values(self, sample: Sample, setpoint_k: float) -> None:
+    def _follow(self, now_s: float, displacement: Sample) -> float:
+        target_m, feedforward_k = self._goal.target_m, self._goal.temperature_k
+        self._outer.follow_k = self.value("follow_k")
+        setpoint_k = self._outer.step(now_s, target_m, feedforward_k, displacement, self._temperature_k)
         self.report(
             Level.OK,
             "controlling",
-            target_mm=self._goal.target_m * 1e3,
-            displacement_mm=sample.value * 1e3,
-            feedforward_c=to_celsius(self._goal.temperature_k),
+            target_mm=target_m * 1e3,
+            displacement_mm=displacement.value * 1e3,
+            feedforward_c=to_celsius(feedforward_k),
             setpoint_c=to_celsius(setpoint_k),
         )
+        return setpoint_k
 
     def _limits(self) -> Limits:
         return Limits(to_kelvin(self.value("lower_c")), to_kelvin(self.value("upper_c")))
 
-    def _hear_displacement(self, message: Float64) -> None:
+    def _take_displacement(self, message: Float64) -> None:
         if math.isfinite(message.data):
-            self._displacement.put(Sample(message.data, self.now_s()), self.now_s())
+            self._displacement = Sample(message.data, self.now_s())
 
-    def _hear_temperature(self, message: Temperature) -> None:
-        self._temperature_k.put(to_kelvin(message.temperature), self.now_s())
+    def _take_temperature(self, message: Temperature) -> None:
+        self._temperature_k = to_kelvin(message.temperature)
 
 
 def main(args: list[str] | None = None) -> int:

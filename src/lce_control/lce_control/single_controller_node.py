@@ -10,8 +10,9 @@ Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless s
             max_power_w           W, most that is commanded
             displacement_timeout_s s, a displacement older than this counts as none
 
-All can be set while it runs. A target out of reach is refused as by `outer_controller`. It commands zero power without
-a target or a fresh displacement, and leaves a zero behind when it ends.
+All can be set while it runs. A command follows each displacement at once, and goes on at 100 Hz without. A target out
+of reach is refused as by `outer_controller`. The command is zero without a target or a fresh displacement, and when the
+node ends.
 """
 
 import math
@@ -20,20 +21,19 @@ from typing import Any, Final
 
 from std_msgs.msg import Float64
 
+from lce_control.controller_node import ControllerNode
 from lce_control.filters import Sample
 from lce_control.goal_node import Goal
 from lce_control.loop_parameters import declare_loop
 from lce_control.pid import Gains, Limits
 from lce_ros.health import Level
-from lce_ros.held import Held
-from lce_ros.node import BenchNode, run
+from lce_ros.node import run
 
-PERIOD_S: Final = 0.01
 TUNED: Final = Gains(kp=5837.0, ki=192.0, kd=11.0)
 """§6.5.3"""
 
 
-class SingleController(BenchNode):
+class SingleController(ControllerNode):
     """One loop from displacement [m] to power [W]."""
 
     def __init__(self, **options: Any) -> None:
@@ -43,41 +43,40 @@ class SingleController(BenchNode):
                      lower=0.02, upper=1.0)  # fmt: skip
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "m")
         self._goal = Goal(self)
-        self._displacement: Held[Sample] = Held()
+        self._displacement: Sample | None = None
         self._command = self.advertise(Float64, "laser/power_command")
-        self.listen(Float64, "displacement", self._hear_displacement)
-        self.every(PERIOD_S, self._tick)
+        self.driven_by(Float64, "displacement", self._take_displacement)
 
     def close(self) -> None:
         """Leave the laser with a zero."""
         if self.context.ok():
             self._command.publish(Float64(data=0.0))
 
-    def _tick(self) -> None:
-        self._goal.look(self.tick_s)
-        sample = self._displacement.get(self.tick_s)
-        power_w = 0.0
-        if sample is None or self._displacement.age(self.now_s()) > self.value("displacement_timeout_s"):
+    def step(self, now_s: float) -> None:
+        """Command the power for now."""
+        self._goal.look(now_s)
+        displacement, power_w = self._displacement, 0.0
+        if displacement is None or now_s - displacement.t_s > self.value("displacement_timeout_s"):
             self._loop.reset()
             self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: zero power")
         elif not self._goal.exists:
             self.report(Level.OK, "no target: zero power")
         else:
-            power_w = self._loop.step(self.tick_s, self._goal.target_m, sample)
+            power_w = self._loop.step(now_s, self._goal.target_m, displacement)
             self.report(
                 Level.OK,
                 "controlling",
                 target_mm=self._goal.target_m * 1e3,
-                displacement_mm=sample.value * 1e3,
+                displacement_mm=displacement.value * 1e3,
                 power_w=power_w,
             )
         if self._goal.refusal is not None:
             self.report(Level.ERROR, self._goal.refusal)
         self._command.publish(Float64(data=power_w))
 
-    def _hear_displacement(self, message: Float64) -> None:
+    def _take_displacement(self, message: Float64) -> None:
         if math.isfinite(message.data):
-            self._displacement.put(Sample(message.data, self.now_s()), self.now_s())
+            self._displacement = Sample(message.data, self.now_s())
 
 
 def main(args: list[str] | None = None) -> int:

@@ -77,26 +77,26 @@ class BenchNode(Node):
         """Time [s] of the node's clock."""
         return float(self.get_clock().now().nanoseconds) * 1e-9
 
-    def every(self, period_s: float, callback: Callable[[], None]) -> Timer:
-        """Call back on every multiple of ``period_s`` [s] of the node's clock; a missed tick is left out, not
-        made up.
+    def every(self, period_s: float, callback: Callable[[], None], offset_s: float = 0.0) -> Timer:
+        """Call back on every multiple of ``period_s`` [s] of the node's clock, or ``offset_s`` [s] after it; a missed
+        tick is left out, not made up.
 
         All nodes of a bench tick together so: a stream passes each of them in one tick, in real time as in
         lockstep.
         """
-        period_ns = round(period_s * 1e9)
+        period_ns, offset_ns = round(period_s * 1e9), round(offset_s * 1e9)
         last = 0
 
         def tick() -> None:
             nonlocal last
-            number = self.get_clock().now().nanoseconds // period_ns
+            number = (self.get_clock().now().nanoseconds - offset_ns) // period_ns
             self.missed_ticks += max(0, number - last - 1) if last else 0
             last = number
-            self.tick_s = number * period_ns * 1e-9
+            self.tick_s = (number * period_ns + offset_ns) * 1e-9
             callback()
             self.ticks += 1
 
-        first_ns = period_ns - self.get_clock().now().nanoseconds % period_ns
+        first_ns = period_ns - (self.get_clock().now().nanoseconds - offset_ns) % period_ns
         # Half a nanosecond more, or rounding could put every tick just before its multiple.
         timer = self.create_timer((first_ns + 0.5) * 1e-9, tick)
         # The first call stays where it was put; the calls after it follow at the period set here.

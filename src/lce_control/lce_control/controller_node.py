@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every controller node shares: it is driven by its sensor, and does not fall silent with it."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from lce_ros.node import BenchNode
+
+PERIOD_S: Final = 0.01
+
+
+class ControllerNode(BenchNode):
+    """A node that steps with each message of the topic that drives it, and at every tick since which none came.
+
+    A measurement so becomes a command as soon as it is there; a timer of its own would let it wait for up to a period
+    in every node of a cascade. The ticks keep 100 Hz where the sensor is slower, and notice that it is silent.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        super().__init__(name, **options)
+        self._driven = False
+        # Half a period off: not while the sensor's message, sent at a tick, is on its way through the nodes.
+        self.every(PERIOD_S, self._tick, offset_s=PERIOD_S / 2)
+
+    def driven_by(self, msg_type: Any, topic: str, take: Callable[[Any], None]) -> None:
+        """Take in each message of ``topic``, then step."""
+
+        def receive(message: Any) -> None:
+            take(message)
+            self._driven = True
+            self.step(self.now_s())
+
+        self.listen(msg_type, topic, receive)
+
+    def step(self, now_s: float) -> None:
+        """Judge what is known at ``now_s`` [s], and publish."""
+        raise NotImplementedError
+
+    def _tick(self) -> None:
+        if not self._driven:
+            self.step(self.now_s())
+        self._driven = False
