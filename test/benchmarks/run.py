@@ -14,6 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import graph
+import loop_timing
 import recovery
 import speed
 
@@ -29,6 +30,13 @@ def in_real_time(duration_s: float) -> list[str]:
     with tempfile.TemporaryDirectory() as folder:
         rows = graph.measure(Path(folder), duration_s)
     return [f"## Node graph in real time, {duration_s:g} s, every node a process", "", graph.table(rows), ""]
+
+
+def in_the_loop(duration_s: float) -> list[str]:
+    """The controllers as separate processes, beside empty nodes."""
+    with tempfile.TemporaryDirectory() as folder:
+        rows = loop_timing.measure(Path(folder), duration_s)
+    return [f"## Double loop in real time, {duration_s:g} s, every node a process", "", loop_timing.table(rows), ""]
 
 
 def sections(document: str) -> dict[str, str]:
@@ -48,6 +56,7 @@ def main() -> int:
         "identification": lambda: speed.identification(5.0 if quick else 20.0),
         "recovery": lambda: recovery.measure(3 if quick else 20),
         "graph": lambda: in_real_time(60.0 if quick else 600.0),
+        "loop_timing": lambda: in_the_loop(20.0 if quick else 300.0),
     }
     parser.add_argument("--only", nargs="+", choices=parts, default=list(parts), metavar="PART", help=", ".join(parts))
     args = parser.parse_args()
