@@ -45,9 +45,7 @@ def reversible() -> Model:
 @cache
 def with_all(deformation: str) -> Model:
     model = reversible() if deformation == "reversible" else default_model("lumped", deformation)
-    for effect in EFFECTS:
-        model = model.add(effect.name)
-    return model
+    return model.configured({e.strength_key: e.null for e in EFFECTS})
 
 
 def on(model: Model, effect: Effect) -> Model:
