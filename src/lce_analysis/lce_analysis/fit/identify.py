@@ -42,8 +42,9 @@ Floats = NDArray[np.float64]
 HEAT_STAGES = frozenset({"surroundings", "light", "heat"})
 GUESSED, GUESSES = 2000, 20
 """Random parameter sets tried, and how many of the best become starts of the least squares (§4.5)."""
-EVOLUTIONS = 3
-"""Populations that the two-step strategy tries (step 3 of §5.3.2: start again where a search went astray)."""
+EVOLUTIONS, FOUND_AGAIN = 6, 0.02
+"""Populations that the two-step strategy tries at most (step 3 of §5.3.2: start again where a search went astray); two
+that end at the same error, within 2 %, have found the same minimum, and are enough."""
 HALVING = ((20, 8), (5, 25), (2, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps."""
 REFINED = 6
@@ -254,7 +255,9 @@ class _Search:
         samples = self.inputs[block.run].time_s.size
         enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * block.weight
         best: Optimum | None = None
+        reached: list[float] = []
         for attempt in range(EVOLUTIONS):
+            mine: Optimum | None = None
             name = f"{label}, evolution {attempt + 1}/{EVOLUTIONS}"
             rough, population = evolve(one, float(enough), name, self.progress, (self.seed, attempt), box)
             self._count(rough, len(self.inputs))
@@ -263,10 +266,17 @@ class _Search:
                     break
                 fine = levenberg_marquardt(one, guess, f"{name}, refined", self.progress, 100)
                 self._count(fine, len(self.inputs))
-                if best is None or fine.rms < best.rms:
-                    best = fine
-            if self.interrupted or (best is not None and best.rms < NOISE_LEVEL):
+                if mine is None or fine.rms < mine.rms:
+                    mine = fine
+            if mine is None:
                 break
+            if best is None or mine.rms < best.rms:
+                best = mine
+            if self.interrupted or best.rms < NOISE_LEVEL:
+                break
+            if any(abs(mine.rms / other - 1.0) < FOUND_AGAIN for other in reached) and mine is best:
+                break
+            reached.append(mine.rms)
         yield rough.variables if best is None else best.variables
 
     def _count(self, optimum: Optimum, share: int = 1) -> None:
