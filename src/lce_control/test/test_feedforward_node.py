@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import Temperature
 
 from lce_control.feedforward_node import Feedforward
 from lce_interfaces.srv import InverseTemperature
 from lce_model import default_model, save_model, simulate
+from lce_ros.conversions import to_stamp
 from lce_ros.testing import Graph
 
 
@@ -44,6 +46,25 @@ def test_out_of_reach_is_refused_with_the_range_and_no_number(bench: Graph, disp
     assert math.isnan(answer.temperature)
     lower, upper = map(float, re.findall(r"(\d+\.\d+) to (\d+\.\d+) mm", answer.message)[0])
     assert ask(bench, (lower + 0.001) * 1e-3).success and ask(bench, (upper - 0.001) * 1e-3).success
+
+
+def test_the_actual_branch_follows_the_temperatures_so_far(bench: Graph) -> None:
+    bench.add(Feedforward, branch="actual")
+    probe = bench.probe()
+    camera = probe.advertise(Temperature, "temperature")
+    bench.connect()
+    cold = ask(bench, 1.5e-3).temperature
+    for k in range(12):
+        message = Temperature(temperature=28.0 + 10.0 * k)
+        message.header.stamp = to_stamp(1.0 + k)
+        camera.publish(message)
+        bench.until(lambda k=k: bench.nodes[0].received["/lce/temperature"] == k + 1)  # type: ignore[misc]
+    assert ask(bench, 1.5e-3).temperature < cold - 2.0
+    camera.publish(Temperature(temperature=28.0))
+    bench.until(lambda: bench.nodes[0].received["/lce/temperature"] == 13, what="a clock that began again")
+    assert ask(bench, 1.5e-3).temperature == pytest.approx(cold, abs=0.1)
+    refused = ask(bench, 5e-3)
+    assert not refused.success and "out of reach" in refused.message
 
 
 def test_the_chart_is_that_of_the_model_file(bench: Graph, tmp_path: Path) -> None:
