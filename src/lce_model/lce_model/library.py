@@ -3,10 +3,12 @@
 
 from typing import Final
 
+from lce_model.deformation.bouc_wen import BOUC_WEN
 from lce_model.deformation.branch import BRANCH
 from lce_model.deformation.dynamic import DYNAMIC
 from lce_model.deformation.equilibrium import EQUILIBRIUM
 from lce_model.deformation.kinetic import KINETIC
+from lce_model.deformation.prandtl_ishlinskii import PRANDTL_ISHLINSKII
 from lce_model.deformation.stretch import STRETCH, STRIP
 from lce_model.effects import find
 from lce_model.errors import LceError
@@ -22,6 +24,8 @@ DEFORMATION: Final[dict[str, tuple[Term, ...]]] = {
     "equilibrium": (BRANCH, EQUILIBRIUM, STRETCH, STRIP),
     "dynamic": (BRANCH, DYNAMIC, STRETCH, STRIP),
     "kinetic": (BRANCH, KINETIC, STRETCH, STRIP),
+    "prandtl_ishlinskii": (BRANCH, PRANDTL_ISHLINSKII, STRIP),
+    "bouc_wen": (BRANCH, BOUC_WEN, STRIP),
 }
 """T→d models. ``none``: only the temperature is modelled (a plain heater)."""
 

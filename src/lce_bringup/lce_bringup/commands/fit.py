@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--deformation",
         default="equilibrium",
         metavar="D",
-        help="T→d model: equilibrium (default), dynamic, none",
+        help="T→d model: equilibrium (default), dynamic, kinetic, prandtl_ishlinskii, bouc_wen, none",
     )
     parser.add_argument(
         "--effect",
