@@ -2,7 +2,7 @@
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint format tables bench lock clean
+.PHONY: help setup build demo test lint format tables hidden bench lock clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
@@ -13,7 +13,7 @@ setup:  ## .venv with ROS 2 Jazzy and all tools, workspace built (the others cal
 build:  ## build the workspace again, as after a new entry point
 	@tools/setup.sh --build
 
-demo: setup  ## a pulse and a staircase recorded through the node graph, fitted, compared
+demo: setup  ## a strip with a hidden effect: recorded, fitted, compared, diagnosed, mended
 	@$(RUN) python -m lce_bringup.demo
 
 test: setup  ## every test (one of them: tools/env.sh pytest -k NAME)
@@ -27,6 +27,9 @@ format: setup  ## ruff's formatter and its safe fixes
 
 tables: setup  ## the dissertation's tables beside ours
 	@$(RUN) python test/tables.py
+
+hidden: setup  ## the diagnosis on strips that hide an effect (two hours; HIDDEN="--minutes 30")
+	@$(RUN) python test/hidden/suite.py --out docs/hidden.md $(HIDDEN)
 
 bench: setup  ## speed, latency, jitter
 	@$(RUN) python test/benchmarks/run.py
