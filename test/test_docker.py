@@ -31,8 +31,19 @@ def compose(file: str = "compose.yaml") -> dict[str, Any]:
 
 
 def test_there_is_a_service_for_every_node() -> None:
-    specs = (*graph.BENCH, graph.RECORDER, graph.PLAYER)
-    assert set(compose()["services"]) == {spec.name for spec in specs} | {"feedforward"}
+    specs = {
+        *graph.BENCH,
+        graph.RECORDER,
+        graph.PLAYER,
+        *(spec for mode in graph.CONTROLLERS.values() for spec in mode),
+    }
+    assert set(compose()["services"]) == {spec.name for spec in specs}
+
+
+@pytest.mark.parametrize("mode", graph.CONTROLLERS)
+def test_a_profile_starts_the_controllers_of_its_mode(mode: str) -> None:
+    own = {name for name, service in compose()["services"].items() if mode in service.get("profiles", [])}
+    assert own == {spec.name for spec in graph.CONTROLLERS[mode]} - {"feedforward"}
 
 
 @pytest.mark.parametrize("name", compose()["services"])
@@ -83,7 +94,8 @@ def test_the_services_commands_record_an_experiment(tmp_path: Path, bench: Graph
         return process
 
     (tmp_path / "wave.csv").write_text("time_s,power_w\n0.0,0.2\n1.0,0.0\n")
-    running = {name: start(name) for name in set(compose()["services"]) - {JOB}}
+    always = {name for name, service in compose()["services"].items() if "profiles" not in service}
+    running = {name: start(name) for name in always - {JOB}}
     player = start(JOB, "-p", f"protocol:={tmp_path / 'wave.csv'}")
     until(lambda: player.poll() is not None or any(p.poll() is not None for p in running.values()), "the end", 60.0)
     logs = {file.stem: file.read_text() for file in tmp_path.glob("*.log")}

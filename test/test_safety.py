@@ -35,7 +35,7 @@ ENDS = [
         (mode, name, number)
         for mode, names in (("double", ("inner_controller", "outer_controller")), ("single", ("single_controller",)))
         for name in names
-        for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+        for number in (signal.SIGKILL, signal.SIGINT)
     ),
     ("single", "distance_sensor", signal.SIGKILL),
 ]
