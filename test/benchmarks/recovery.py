@@ -2,8 +2,8 @@
 """Are the numbers of a fit right? Data of the model itself plus sensor noise, many seeds.
 
 Two bars: the residual is at the noise floor, within 5 %; what the fit calls determined lies within three of its
-standard errors of the truth. Combinations of parameters are judged by the likelihood, all at once: the truth lies in the
-region that holds 99.7 % of it (three standard errors). For a linear model that is the same; it holds for bent valleys too.
+standard errors of the truth. Combinations of parameters are judged by the likelihood, all at once: the truth lies in
+the region that holds 99.7 % of it (three standard errors); for a linear model that is the same.
 """
 
 import math
