@@ -11,12 +11,15 @@ from typing import Any
 
 import pytest
 import yaml
+from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 
 from lce_drivers.distance_sensor_node import DistanceSensor
 from lce_drivers.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser_node import Laser
 from lce_drivers.thermal_camera_node import ThermalCamera
+from lce_ros.conversions import to_stamp
 from lce_ros.node import NodeFault
 from lce_ros.testing import Graph
 
@@ -212,6 +215,34 @@ def test_after_kill_9_the_watchdog_makes_it_dark(bench: Graph, device: LabJackEm
     killed_s = time.monotonic()
     bench.until(lambda: device.dac0_v == 0.0, 4.0, "darkness")
     assert time.monotonic() - killed_s < 2.5
+
+
+def test_a_fault_of_the_temperature_is_zero_volts_until_the_reset(bench: Graph, device: LabJackEmulator) -> None:
+    settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
+    bench.add(Laser, device="labjack", **{f"labjack.{k}": v for k, v in settings.items()})
+    probe = bench.probe()
+    commands, camera = probe.advertise(Float64, "laser/power_command"), probe.advertise(Temperature, "temperature")
+    shown_c = [40.0]
+
+    def show() -> None:
+        message = Temperature(temperature=shown_c[0])
+        message.header.stamp = to_stamp(probe.now_s())
+        camera.publish(message)
+
+    probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
+    probe.every(0.1, show)
+    bench.until(lambda: device.dac0_v == 2.0, what="light")
+    shown_c[0] = 130.0
+    bench.until(lambda: device.dac0_v == 0.0, 0.5, "darkness")
+    shown_c[0] = 40.0
+    bench.spin_for(0.5)
+    assert device.dac0_v == 0.0
+    reset = probe.create_client(Trigger, "laser/reset")
+    bench.until(reset.service_is_ready)
+    answer = reset.call_async(Trigger.Request())
+    bench.until(answer.done)
+    assert answer.result().success
+    bench.until(lambda: device.dac0_v == 2.0, what="light again")
 
 
 def test_a_device_that_is_lost_ends_the_node_with_one_line(bench: Graph, device: LabJackEmulator) -> None:
