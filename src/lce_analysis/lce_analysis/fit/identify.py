@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate
 
 import lce_model
 from lce_analysis.experiment import Run
 from lce_analysis.fit.identifiability import Identifiability, identifiability
 from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
+from lce_analysis.fit.uncertainty import calibrated
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import (
     CAMERA,
@@ -65,6 +65,7 @@ class FitResult:
     starts_k : start temperature [K] of each run.
     identifiability : of the free parameters, None where the fit was interrupted before it.
     evaluations : simulations of the whole data set.
+    problem : the least squares that it solves, standing at its optimum; what profiles and error bands start from.
     """
 
     model: Model
@@ -72,6 +73,7 @@ class FitResult:
     identifiability: Identifiability | None
     evaluations: int
     interrupted: bool
+    problem: Problem
 
 
 def _silent(label: str, done: int, total: int, rms: float) -> None:
@@ -352,7 +354,7 @@ def concluded(
     report = None if interrupted else _uncertainty(problem)
     values = _annotated(problem.model, problem, report)
     record = _record(problem.model, runs, starts_k, drive, report, interrupted)
-    return FitResult(problem.model.with_values(values, record), starts_k, report, evaluations, interrupted)
+    return FitResult(problem.model.with_values(values, record), starts_k, report, evaluations, interrupted, problem)
 
 
 def _with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) -> Model:
@@ -422,31 +424,13 @@ def _search_box(problem: Problem, inputs: Sequence[RunInput]) -> tuple[Floats, F
 def _uncertainty(problem: Problem) -> Identifiability:
     """Standard errors from the Jacobian at the optimum, each block scaled by its own residual and correlation."""
     variables = problem.first()
-    residual, jacobian = problem.residuals(variables), problem.jacobian(variables, central=True)
-    begin = 0
-    for b in problem.blocks:
-        part = slice(begin, begin + b.size)
-        begin += b.size
-        scale = float(np.sqrt(np.mean(residual[part] ** 2) * _correlation_time(residual[part])))
-        jacobian[part] /= max(scale, 1e-300)
+    jacobian = calibrated(problem).jacobian(variables, central=True)
     k, c = len(problem.free), problem.coordinates
     natural = jacobian[:, :k] / np.maximum(c.natural_per_free(problem.split(variables)[0]), 1e-9)
     if problem.free_starts:
         q, _ = np.linalg.qr(jacobian[:, k:])
         natural -= q @ (q.T @ natural)
     return identifiability(natural, [problem.model.values[i].key for i in problem.free], c.multiplicative)
-
-
-def _correlation_time(residual: Floats) -> float:
-    """Samples per independent sample: 1 + 2 Σρ up to the first correlation inside ±1.96/√N."""
-    centred = residual - residual.mean()
-    lags = correlate(centred, centred, mode="full", method="fft")[centred.size - 1 :]
-    if lags[0] <= 0.0:
-        return 1.0
-    rho = lags / lags[0]
-    inside = np.flatnonzero(rho[1:] < 1.96 / np.sqrt(centred.size))
-    end = 1 + int(inside[0]) if inside.size else rho.size
-    return max(1.0, 1.0 + 2.0 * float(np.sum(rho[1:end])))
 
 
 def _annotated(model: Model, problem: Problem, report: Identifiability | None) -> tuple[lce_model.Value, ...]:

@@ -51,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what drives T→d: the fitted thermal state (default), or the measured temperature, smoothed",
     )
     parser.add_argument("--per-run", action="store_true", help="one parameter set for each run (M-RUN.yaml)")
+    parser.add_argument("--profile", action="store_true", help="profile likelihood of every parameter (minutes)")
     parser.add_argument("--seed", type=int, default=0, help="of the random starts; the same seed, the same result")
 
 
@@ -58,6 +59,7 @@ def main(args: argparse.Namespace) -> int:
     """Fit, print what was found, write the model file or files."""
     from lce_analysis.experiment import read_runs
     from lce_analysis.fit import fit, fit_each
+    from lce_analysis.fit.profile import profiles
     from lce_bringup.progress import FitBar
     from lce_model import save_model
 
@@ -70,9 +72,12 @@ def main(args: argparse.Namespace) -> int:
         else:
             results = (fit(model, runs, args.drive, bar, args.seed),)
             targets = [args.out]
-    for result, target in zip(results, targets, strict=False):
+        found = [profiles(r.problem, bar) if args.profile and not r.interrupted else () for r in results]
+    for result, target, profiled in zip(results, targets, found, strict=False):
         save_model(result.model, target)
         print(_summary(result))
+        if profiled:
+            print("\n".join(["\nProfile likelihoods, 95 %:", *(f"- {p.sentence}" for p in profiled)]))
         print(f"\n{target}")
     if any(r.interrupted for r in results):
         print("lce: interrupted; the model file holds the best values so far", file=sys.stderr)
