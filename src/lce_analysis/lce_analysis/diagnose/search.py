@@ -123,9 +123,8 @@ class Search:
         self.steps: list[Step] = []
         self.doubtful: list[str] = []
         problem = _problem(model, runs, self.candidates)
-        rough = settle(problem, _misfit(problem), "the model as it is", progress, ITERATIONS).problem
-        problem = without_jumps(rough)
-        self.settled = settle(problem, _misfit(problem), "the model as it is", progress, ITERATIONS)
+        problem = without_jumps(self._as_it_is(problem, _misfit(problem)).problem)
+        self.settled = self._as_it_is(problem, _misfit(problem))
         self.seen = self._look(_misfit(self.settled.problem))
         self.first, self.before = self.seen, self.model()
 
@@ -158,10 +157,7 @@ class Search:
 
     def model(self) -> Model:
         """The present model without the effects that were not accepted."""
-        model = self.problem.model
-        for effect in self.remaining():
-            model = model.without(effect.reference)
-        return model
+        return self._stripped(self.problem.model)
 
     def remaining(self) -> list[Effect]:
         """Effects that have not been accepted."""
@@ -173,10 +169,23 @@ class Search:
         label = "every effect at once"
         self.progress(label, 0, 2, float("nan"))
         noise = examine(self.settled, self.remaining(), noise, estimate=True).noise
-        self.settled = settle(self.problem, noise, "the model as it is", self.progress, ITERATIONS)
+        self.settled = self._as_it_is(self.problem, noise)
         self.progress(label, 1, 2, float("nan"))
         bar = 2.0 * math.log(len(self.candidates) / FALSE_ALARM)
         return examine(self.settled, self.remaining(), noise, estimate=True, bar=bar)
+
+    def _stripped(self, model: Model) -> Model:
+        for effect in self.remaining():
+            model = model.without(effect.reference)
+        return model
+
+    def _as_it_is(self, problem: Problem, noise: Mapping[int, Noise]) -> Settled:
+        """Least squares without any further effect, in the smaller model, which is several times faster."""
+        small = self._stripped(problem.model)
+        free = tuple(small.index(problem.model.values[i].key) for i in problem.free)
+        found = settle(replace(problem, model=small, free=free), noise, "the model as it is", self.progress, ITERATIONS)
+        whole = problem.model.set({v.key: v.value for v in found.problem.model.values})
+        return replace(found, problem=replace(found.problem, model=whole, free=problem.free))
 
     def _price(self, effect: Effect) -> float:
         return price(effect, len(self.candidates))
