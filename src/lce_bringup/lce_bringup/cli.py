@@ -22,6 +22,7 @@ COMMANDS = {
     "diagnose": "which physical effect a model lacks",
     "add": "add an effect to a model and watch the error fall",
     "design": "the experiment that would tell two effects apart",
+    "effects": "the library of physical effects, with equations and units",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
 }
 """Command name (module lce_bringup.commands.NAME) and its line in `lce --help`."""

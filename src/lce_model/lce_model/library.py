@@ -52,9 +52,9 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     base = THERMAL[thermal] + DEFORMATION[deformation]
     added = sorted((find(effect) for effect in effects), key=lambda e: (e.place, e.name))
     names = [t.name for t in (*base, *added)]
-    for effect in added:
-        if names.count(effect.name) > 1:
-            raise LceError(f"effect {effect.reference}: the model has a term {effect.name} already")
+    if doubled := [e for e in added if names.count(e.name) > 1]:
+        last = max(doubled, key=lambda e: e.path)
+        raise LceError(f"{last.reference}: the model has a term {last.name} already")
     ordered: list[Term] = []
     for stage in STAGES:
         own = [t for t in base if t.stage == stage]

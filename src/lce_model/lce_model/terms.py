@@ -110,6 +110,8 @@ class Term:
     arrays: tuple[tuple[str, int], ...] = field(default=())
 
     def __post_init__(self) -> None:
+        if not self.name.isidentifier():
+            raise LceError(f"term: {self.name!r} is no name; letters, digits and _ make one")
         if self.stage not in STAGES:
             raise LceError(f"term {self.name}: unknown stage {self.stage!r}; one of {', '.join(STAGES)}")
         unknown = [name for name in self.outputs if name not in SIGNALS]

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The surroundings warm up or cool down: T_env(t) = T_env + r t."""
+"""The surroundings warm up or cool down: T_env(t) = T_env + r t.
+
+In the residual: an offset of T that grows with time, with the laser off too. displacement_drift shows in d alone.
+"""
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter

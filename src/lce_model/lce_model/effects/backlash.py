@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Play of half-width b between strip and load: the load does not move until the play is used up."""
+"""Play of half-width b between strip and load: the load does not move until the play is used up.
+
+In the residual: a flat spot at every reversal of d. Like transition_distribution.
+"""
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter

@@ -2,6 +2,8 @@
 """The camera shows the temperature late: a first-order lag, and a dead time.
 
 τ dy/dt = T - y, and y(t - delay) is shown. The past is kept on a grid of GRID_S and read in between.
+
+In the residual: a sheared T–d loop, while P→d is as it was. thermal_gradient has the opposite sign.
 """
 
 import math

@@ -2,6 +2,8 @@
 """The clamps take up heat, warm up, and give it back: a second, slow node.
 
 dT/dt = … - G/(m c) (T - T_c), τ_c dT_c/dt = s (T - T_env) - (T_c - T_env), with s = G/(G + G_a).
+
+In the residual: a tail of two exponentials after a step. Like laser_droop; creep shows in d alone.
 """
 
 import math

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A share of the contraction arrives late: dε_c/dt = (ε - ε_c)/τ_v."""
+"""A share of the contraction arrives late: dε_c/dt = (ε - ε_c)/τ_v.
+
+In the residual: d drifts at constant T. Like phase_kinetics and clamp_conduction.
+"""
 
 from lce_model.effects import Effect
 from lce_model.lag import lag

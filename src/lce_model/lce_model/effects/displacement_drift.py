@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The distance sensor drifts: d + r t."""
+"""The distance sensor drifts: d + r t.
+
+In the residual: an offset of d that grows with time, at rest too. residual_strain grows with the cycles.
+"""
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hot strip is softer and sags under its load: σ/E(T), E = E0 exp(-(T - T0)/T_E)."""
+"""The hot strip is softer and sags under its load: σ/E(T), E = E0 exp(-(T - T0)/T_E).
+
+In the residual: a sag when hot that grows with the load. Like thermal_expansion.
+"""
 
 import math
 

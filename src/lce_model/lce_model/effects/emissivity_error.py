@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The camera assumes another emissivity: T_meas - T_env = (1 - e)(T - T_env)."""
+"""The camera assumes another emissivity: T_meas - T_env = (1 - e)(T - T_env).
+
+In the residual: hardly anything, for the gain and T* take its place; it is told as such.
+"""
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter

@@ -2,6 +2,9 @@
 """The laser warms up and gives less while it is on; off, it recovers.
 
 P_L = P (1 - δ s), where s goes to 1 while the laser is on and to 0 while it is off, with the time constant τ.
+
+In the residual: T falls during a hold and is back after time off. Like clamp_conduction and photobleaching, until the
+run is repeated after a rest.
 """
 
 import math

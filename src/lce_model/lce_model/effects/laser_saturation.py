@@ -2,6 +2,8 @@
 """The laser gives less than it is asked for at high power, and nothing below a threshold.
 
 P_L = P_s (1 - exp(-max(P - P_th, 0)/P_s)), written with the curvature 1/P_s, which is 0 for a linear laser.
+
+In the residual: a curved steady T(P), while the cooling fits well, which radiation and natural_convection spoil.
 """
 
 import math

@@ -2,6 +2,9 @@
 """The transition takes heat: the heat capacity is c + L g(T) with a bell g around the transition.
 
 g(T) = exp(-((T - T_c)/w)²/2)/(w √(2π)), whose area is 1: L is the heat of the whole transition.
+
+In the residual: a kink at the transition, ∝ dT/dt, none in steady state. Like order_dependent_absorption; slow against
+fast ramps tell them apart.
 """
 
 import math

@@ -2,6 +2,8 @@
 """Natural convection: the loss grows with the excess temperature, as (ΔT/40 K)^¼, instead of being constant.
 
 share of the loss follows that law; the whole loss is that of the heat balance at ΔT = 40 K.
+
+In the residual: as radiation, but stronger near ambient.
 """
 
 import math

@@ -2,6 +2,8 @@
 """The strip absorbs more or less light as its order, hence its shape and its dichroism, changes.
 
 P_L = P (1 + κ (1 - Q̄/Q̄0)), with the order halfway, as the step before lets expect.
+
+In the residual: a step of the gain across the transition that follows d. Like latent_heat, which a hold does not show.
 """
 
 import math
@@ -16,9 +18,10 @@ def start(light: float) -> tuple[float, float]:
 
 
 def step(light: float, order: float, reference_order: float, before: float, kappa: float) -> tuple[float, float]:
-    """The order now, and the light [W] that counts."""
+    """The order now, and the light [W] that counts; all of it where the model has no order."""
     midway = order if math.isnan(before) else order + 0.5 * (order - before)
-    return order, light * (1.0 + kappa * (1.0 - midway / reference_order))
+    lost = 1.0 - midway / reference_order
+    return order, light if math.isnan(lost) else light * (1.0 + kappa * lost)
 
 
 EFFECT = Effect(

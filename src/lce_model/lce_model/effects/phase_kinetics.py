@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The transition takes time: the fraction relaxes towards that of the model, dx/dt = (x_model - x)/τ_x."""
+"""The transition takes time: the fraction relaxes towards that of the model, dx/dt = (x_model - x)/τ_x.
+
+In the residual: a loop whose width grows with dT/dt and vanishes when driven slowly. Like thermal_gradient and creep.
+"""
 
 from lce_model.effects import Effect
 from lce_model.lag import lag

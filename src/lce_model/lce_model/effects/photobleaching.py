@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The dye bleaches with the dose of light and does not recover: dη/dt = -k_b P η."""
+"""The dye bleaches with the dose of light and does not recover: dη/dt = -k_b P η.
+
+In the residual: a gain that falls with ∫P dt. Like laser_droop, which recovers.
+"""
 
 import math
 

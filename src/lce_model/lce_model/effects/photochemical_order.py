@@ -3,6 +3,9 @@
 
 dn/dt = k_p P (1 - n) - n/τ_c. In every model here T enters as T - T*, so the shift is added to the temperature that
 the order follows.
+
+In the residual: another d at the same T with the laser on than off. Like thermal_gradient; heating without light tells
+them apart.
 """
 
 import math

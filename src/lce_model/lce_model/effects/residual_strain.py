@@ -2,6 +2,8 @@
 """The strip keeps a little of every movement: residual contraction grows with the path, and saturates.
 
 dS = |dd| (1 - S/S_max), so S = S_max (1 - exp(-∫|dd|/S_max)), and d → d + r S.
+
+In the residual: an offset of d that grows with the number of cycles. displacement_drift grows with time.
 """
 
 import math

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network expands with the temperature: λ (1 + α_th (T - T_ref))."""
+"""The network expands with the temperature: λ (1 + α_th (T - T_ref)).
+
+In the residual: a linear slope of d above the transition. Like elastic_softening.
+"""
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter

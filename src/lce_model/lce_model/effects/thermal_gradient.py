@@ -2,6 +2,8 @@
 """The bulk, whose temperature the order follows, lags the surface that the camera sees.
 
 dT_b/dt = (T - T_b)/τ_d, the first mode of the diffusion through the thickness, τ_d = t²/(π² α).
+
+In the residual: a T–d loop that opens with dT/dt. Like phase_kinetics; camera_lag has the opposite sign.
 """
 
 from lce_model.effects import Effect

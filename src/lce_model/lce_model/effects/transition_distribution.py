@@ -3,6 +3,8 @@
 
 Each domain follows the model with its own T*, and with its own memory where the model has one; the order is the mean
 of theirs. Rounded knees, and minor loops that close within the major one.
+
+In the residual: rounded knees, and minor loops. Like phase_kinetics, which depends on the rate.
 """
 
 import math
