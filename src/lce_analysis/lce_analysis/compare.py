@@ -224,7 +224,7 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
         "model": {
             "thermal": comparison.model.thermal,
             "deformation": comparison.model.deformation,
-            "effects": list(comparison.model.effects),
+            "effects": list(comparison.model.effect_names),
         },
         "drive": comparison.drive,
         "sentences": list(comparison.sentences),

@@ -86,6 +86,11 @@ class Model:
         return terms(self.thermal, self.deformation, self.effects)
 
     @property
+    def effect_names(self) -> tuple[str, ...]:
+        """Names of the effects, those of the user's own by theirs."""
+        return tuple(find(e).name for e in self.effects)
+
+    @property
     def kernel(self) -> Kernel:
         """The compiled form of the terms."""
         return compile_terms(self.terms)

@@ -8,7 +8,7 @@ from typing import Any
 from lce_analysis.diagnose.diagnosis import errors, silent
 from lce_analysis.diagnose.search import Search
 from lce_analysis.experiment import Run
-from lce_analysis.fit.identify import concluded
+from lce_analysis.fit.result import concluded
 from lce_analysis.fit.least_squares import Progress
 from lce_model import LceError, Model
 from lce_model.effects import find, library
@@ -79,7 +79,7 @@ def _entry(model: Model, runs: Sequence[Run], test_runs: Sequence[Run], verdict:
     return {
         "thermal": model.thermal,
         "deformation": model.deformation,
-        "effects": list(model.effects),
+        "effects": list(model.effect_names),
         "train": dict(errors(model, runs)),
         "test": dict(errors(model, test_runs)),
         "verdict": verdict,

@@ -37,7 +37,7 @@ def render_comparison(comparison: Comparison) -> str:
 def model_name(model: Model) -> str:
     """The model in words."""
     stages = " + ".join(name for name in (model.thermal, model.deformation) if name != "none")
-    effects = f" with {', '.join(model.effects)}" if model.effects else ""
+    effects = f" with {', '.join(model.effect_names)}" if model.effects else ""
     return f"{stages} model{effects}"
 
 
