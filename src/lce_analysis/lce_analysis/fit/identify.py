@@ -8,20 +8,17 @@
 3. Every parameter of both stages at once, each output weighted by the misfit that 1 and 2 left.
 """
 
-import hashlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-import lce_model
 from lce_analysis.experiment import Run
-from lce_analysis.fit.identifiability import Identifiability, identifiability
+from lce_analysis.fit.first_guess import search_box, thinned, with_thermal_guess
 from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
-from lce_analysis.fit.uncertainty import calibrated
+from lce_analysis.fit.result import FitResult, concluded
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import (
     CAMERA,
@@ -29,13 +26,10 @@ from lce_analysis.predict import (
     TEMPERATURE,
     Drive,
     RunInput,
-    Sampling,
     measured_drive,
-    predict,
     prepare,
 )
 from lce_model import LceError, Model
-from lce_model.metrics import nrmse
 
 Floats = NDArray[np.float64]
 
@@ -53,27 +47,8 @@ REWEIGHTED = 3
 """Rounds of the joint fit."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
-SEARCH_STEP_K, SEARCH_STEP_S = 0.5, 2.0
+
 """Grid of the searches for a first guess; the fit itself uses every sample."""
-
-
-@dataclass(frozen=True)
-class FitResult:
-    """An identified model and what is known of it.
-
-    model : with the values found, their standard errors, and the record of the fit.
-    starts_k : start temperature [K] of each run.
-    identifiability : of the free parameters, None where the fit was interrupted before it.
-    evaluations : simulations of the whole data set.
-    problem : the least squares that it solves, standing at its optimum; what profiles and error bands start from.
-    """
-
-    model: Model
-    starts_k: Floats
-    identifiability: Identifiability | None
-    evaluations: int
-    interrupted: bool
-    problem: Problem
 
 
 def _silent(label: str, done: int, total: int, rms: float) -> None:
@@ -179,7 +154,7 @@ class _Search:
             return None
         best: tuple[Problem, Optimum] | None = None
         for tau in (5.0, 20.0, 80.0, 320.0) if "lumped.tau" in self.model else (None,):
-            guess = self.model if tau is None else _with_thermal_guess(self.model, self.inputs, tau)
+            guess = self.model if tau is None else with_thermal_guess(self.model, self.inputs, tau)
             problem = Problem(guess, self.inputs, free, self.starts, blocks, with_thermal_state(self.inputs))
             optimum = self._polish(problem, "temperature")
             if best is None or optimum.rms < best[1].rms:
@@ -212,9 +187,9 @@ class _Search:
         if self.model.deformation == "none" or sigma is None or not free:
             return None
         full = self.driven_inputs()
-        coarse = [_thinned(i) for i in full]
+        coarse = [thinned(i) for i in full]
         problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), blocks_of(coarse, None, sigma))
-        box = _search_box(problem, coarse)
+        box = search_box(problem, coarse)
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
         best = self._best_of(problem, list(guesses(problem, box, label)), label)
@@ -340,130 +315,3 @@ class _Search:
         problem = replace(problem, model=self.model)
         runs = [i.run for i in self.inputs]
         return concluded(problem, runs, self.starts, self.drive, self.evaluations, self.interrupted)
-
-
-def concluded(
-    problem: Problem,
-    runs: Sequence[Run],
-    starts_k: Floats,
-    drive: Drive = "model",
-    evaluations: int = 0,
-    interrupted: bool = False,
-) -> FitResult:
-    """The model of a problem that stands at its least squares, with standard errors and the record of the fit."""
-    report = None if interrupted else _uncertainty(problem)
-    values = _annotated(problem.model, problem, report)
-    record = _record(problem.model, runs, starts_k, drive, report, interrupted)
-    return FitResult(problem.model.with_values(values, record), starts_k, report, evaluations, interrupted, problem)
-
-
-def _with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) -> Model:
-    """Gain and ambient temperature by linear least squares for a time constant: T is linear in both."""
-    unit = model.set({"lumped.tau": tau, "lumped.gain": 1.0})
-    columns, targets = [], []
-    for prepared in inputs:
-        if prepared.run.temperature is None or prepared.at_temperature is None:
-            continue
-        ambient = unit["ambient.t_env"]
-        rise = prepared.simulate(unit, unit.vector[None], np.array([ambient]))[0, :, TEMPERATURE] - ambient
-        columns.append(prepared.at_temperature(rise))
-        targets.append(prepared.run.temperature.value)
-    rise, target = np.concatenate(columns), np.concatenate(targets)
-    (gain, ambient), *_ = np.linalg.lstsq(np.column_stack([rise, np.ones_like(rise)]), target)
-    spec = {v.key: v for v in model.values}
-    guess = {"lumped.tau": tau, "lumped.gain": gain, "ambient.t_env": ambient}
-    return model.set(
-        {k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in guess.items() if not spec[k].fixed}
-    )
-
-
-def _thinned(prepared: RunInput) -> RunInput:
-    """The run on the grid of the searches: a sample wherever the temperature or the time has moved on enough.
-
-    The turning points stay, so that the path is the same.
-    """
-    temperature, time = prepared.drive_k, prepared.time_s
-    turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(temperature))) != 0.0)
-    travelled = np.concatenate(
-        [[0.0], np.cumsum(np.abs(np.diff(temperature)) / SEARCH_STEP_K + np.diff(time) / SEARCH_STEP_S)]
-    )
-    keep = np.unique(np.concatenate([np.searchsorted(travelled, np.arange(travelled[-1])), turns, [time.size - 1]]))
-    if keep.size > time.size // 2:  # too noisy or too short to gain anything
-        keep = np.arange(time.size)
-    run = prepared.run
-    assert run.displacement is not None
-    d = run.displacement
-    nearest = np.unique(np.clip(np.searchsorted(d.time_s, time[keep]), 0, d.time_s.size - 1))
-    thin = type(d)(d.time_s[nearest], d.value[nearest])
-    grid = np.ascontiguousarray(time[keep])
-    return replace(
-        prepared,
-        run=replace(run, displacement=thin),
-        time_s=grid,
-        power_w=np.ascontiguousarray(prepared.power_w[keep]),
-        drive_k=np.ascontiguousarray(temperature[keep]),
-        at_displacement=Sampling.between(grid, thin.time_s),
-        at_temperature=None,
-    )
-
-
-def _search_box(problem: Problem, inputs: Sequence[RunInput]) -> tuple[Floats, Floats]:
-    """Where to look for a first guess, in the unit box: the bounds, temperatures near those that the strip had."""
-    coldest = min(float(i.drive_k.min()) for i in inputs)
-    hottest = max(float(i.drive_k.max()) for i in inputs)
-    values = [problem.model.values[i] for i in problem.free]
-    # Differences of temperature are in K too, but start near zero.
-    temperature = np.array([v.unit == "K" and v.parameter.lower > 100.0 for v in values])
-    lower, upper = problem.coordinates.lower, problem.coordinates.upper
-    low = np.where(temperature, np.maximum(lower, coldest - 40.0), lower)
-    high = np.where(temperature, np.minimum(upper, hottest), upper)
-    low, high = np.where(low < high, low, lower), np.where(low < high, high, upper)
-    return problem.coordinates.to_box(low), problem.coordinates.to_box(high)
-
-
-def _uncertainty(problem: Problem) -> Identifiability:
-    """Standard errors from the Jacobian at the optimum, each block scaled by its own residual and correlation."""
-    variables = problem.first()
-    jacobian = calibrated(problem).jacobian(variables, central=True)
-    k, c = len(problem.free), problem.coordinates
-    natural = jacobian[:, :k] / np.maximum(c.natural_per_free(problem.split(variables)[0]), 1e-9)
-    if problem.free_starts:
-        q, _ = np.linalg.qr(jacobian[:, k:])
-        natural -= q @ (q.T @ natural)
-    return identifiability(natural, [problem.model.values[i].key for i in problem.free], c.multiplicative)
-
-
-def _annotated(model: Model, problem: Problem, report: Identifiability | None) -> tuple[lce_model.Value, ...]:
-    values = list(model.values)
-    if report is None:
-        return tuple(values)
-    slope = problem.coordinates.natural_slope(model.vector[list(problem.free)])
-    for j, i in enumerate(problem.free):
-        known = bool(report.determined[j])
-        error = float(report.standard_errors[j] * slope[j]) if known else None
-        values[i] = replace(values[i], standard_error=error, determined=known)
-    return tuple(values)
-
-
-def _record(
-    model: Model, runs: Sequence[Run], starts: Floats, drive: Drive, report: Identifiability | None, interrupted: bool
-) -> dict[str, Any]:
-    """What the model file keeps of the fit: data, metrics, software."""
-    entries = []
-    for run, start in zip(runs, starts, strict=True):
-        prediction = predict(model, run, drive)
-        entry: dict[str, Any] = {"name": run.name, "sha256": run.sha256, "start_temperature_k": round(float(start), 4)}
-        if prediction.temperature_at_samples_k is not None and run.temperature is not None:
-            entry["temperature_nrmse"] = round(nrmse(prediction.temperature_at_samples_k, run.temperature.value), 6)
-        if prediction.displacement_at_samples_m is not None and run.displacement is not None:
-            entry["displacement_nrmse"] = round(nrmse(prediction.displacement_at_samples_m, run.displacement.value), 6)
-        entries.append(entry)
-    digest = hashlib.sha256("".join(sorted(r.sha256 for r in runs)).encode()).hexdigest()
-    return {
-        "software": f"lce {lce_model.__version__}",
-        "drive": drive,
-        "interrupted": interrupted,
-        "data_sha256": digest,
-        "runs": entries,
-        "not_determined": [] if report is None else list(report.sentences),
-    }
