@@ -114,6 +114,20 @@ def test_an_effect_at_its_typical_strength_can_be_seen(deformation: str, effect:
         assert not displacement.any()
 
 
+@pytest.mark.parametrize("deformation", BASES)
+def test_all_effects_at_once_give_numbers_anywhere_within_their_bounds(deformation: str) -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        drawn = {
+            f"{e.name}.{p.name}": rng.choice([p.lower, p.upper, rng.uniform(p.lower, p.upper)])
+            for e in EFFECTS
+            for p in e.parameters
+        }
+        run = simulate(with_all(deformation).set(drawn), TIME, POWER)
+        assert np.isfinite(columns(run)).all()
+        assert 200.0 < run.temperature_k.min() < run.temperature_k.max() < 700.0
+
+
 @pytest.mark.parametrize("name", ["radiation", "photochemical_order", "backlash", "camera_lag"])
 def test_an_effect_alone_is_what_it_is_among_the_others(name: str) -> None:
     alone = simulate(on(reversible().add(name), find(name)), TIME, POWER)
