@@ -89,9 +89,9 @@ def freed(problem: Problem, effect: Effect) -> Problem:
 
 
 def closed(problem: Problem, effect: Effect) -> Problem:
-    """The problem with the effect at its null value and its parameters fixed."""
+    """The problem with the effect at its null value and its parameters fixed at their defaults."""
     own = {i for i, v in enumerate(problem.model.values) if v.term == effect.name}
-    model = problem.model.set({effect.strength_key: effect.null})
+    model = problem.model.set({f"{effect.name}.{p.name}": p.default for p in effect.parameters})
     return replace(problem, model=model, free=tuple(i for i in problem.free if i not in own))
 
 
