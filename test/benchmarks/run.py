@@ -13,6 +13,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import bands
+import diagnosis
 import graph
 import loop_timing
 import recovery
@@ -55,6 +57,8 @@ def main() -> int:
         "start_up": speed.start_up,
         "identification": lambda: speed.identification(5.0 if quick else 20.0),
         "recovery": lambda: recovery.measure(3 if quick else 20),
+        "bands": lambda: bands.measure(5 if quick else 50),
+        "diagnosis": diagnosis.measure,
         "graph": lambda: in_real_time(60.0 if quick else 600.0),
         "loop_timing": lambda: in_the_loop(20.0 if quick else 300.0),
     }
