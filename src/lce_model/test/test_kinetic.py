@@ -212,3 +212,16 @@ def test_a_spread_from_effects_adds_to_its_own(model: Model) -> None:
         {"kinetic.spread": 4.0, "transition_distribution.sigma_t": 3.0}
     )
     np.testing.assert_array_equal(follow(added, path, 1.0)[1], wide)
+
+
+@pytest.mark.parametrize(
+    ("a0", "b", "c", "t_star", "printed"),
+    [(5.58e-22, 7.7e-20, 7.91e-20, 305.0, 0.047), (2.3e-22, 3.5e-20, 2.0e-20, 307.0, 0.115)],
+)
+def test_a_single_molecule_of_the_dissertation_has_hardly_a_barrier(
+    a0: float, b: float, c: float, t_star: float, printed: float
+) -> None:
+    """(4.21) and (5.10), heating: a few hundredths of kT at T_c. Metastability needs molecules that turn together."""
+    coexistence = t_star + 8.0 / 9.0 * b * b / (4.0 * a0 * c)
+    barrier = free_energy(wells(coexistence, a0, b, c, t_star)[0], coexistence, a0, b, c, t_star)
+    assert barrier / (BOLTZMANN * coexistence) == pytest.approx(printed, abs=0.001)
