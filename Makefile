@@ -31,6 +31,9 @@ tables: setup  ## the dissertation's tables beside ours
 hidden: setup  ## the diagnosis on strips that hide an effect (two hours; HIDDEN="--minutes 30")
 	@$(RUN) python test/hidden/suite.py --out docs/hidden.md $(HIDDEN)
 
+comparison: setup  ## the deformation models beside each other, on seen and unseen runs
+	@$(RUN) python test/comparison.py
+
 bench: setup  ## speed, latency, jitter
 	@$(RUN) python test/benchmarks/run.py
 

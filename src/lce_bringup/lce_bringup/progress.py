@@ -30,12 +30,7 @@ class FitBar:
     def __call__(self, label: str, done: int, total: int, rms: float) -> None:
         """Show ``done`` of ``total`` steps of ``label`` and the weighted RMS residual reached."""
         if self._bar is None:
-            self._bar = tqdm(
-                unit="step",
-                dynamic_ncols=True,
-                leave=False,
-                bar_format="{desc}: {percentage:3.0f}%|{bar}| {postfix} [{elapsed}]",
-            )
+            self._bar = _bar()
         bar = self._bar
         bar.total, bar.n = total, done
         bar.set_description_str(label, refresh=False)
@@ -44,3 +39,8 @@ class FitBar:
         if bar.format_dict["elapsed"] - self._shown > 0.1:
             self._shown = bar.format_dict["elapsed"]
             bar.refresh()
+
+
+def _bar() -> tqdm[None]:
+    form = "{desc}: {percentage:3.0f}%|{bar}| {postfix} [{elapsed}]"
+    return tqdm((), unit="step", dynamic_ncols=True, leave=False, bar_format=form)

@@ -8,8 +8,8 @@ from typing import Any
 from lce_analysis.diagnose.diagnosis import errors, silent
 from lce_analysis.diagnose.search import Search
 from lce_analysis.experiment import Run
-from lce_analysis.fit.result import concluded
 from lce_analysis.fit.least_squares import Progress
+from lce_analysis.fit.result import concluded
 from lce_model import LceError, Model
 from lce_model.effects import find, library
 

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make comparison`: the deformation models beside each other, on the runs that they were fitted to and on others.
+
+Data come from the independent strip of this folder, which shares no code and no equations with the models, and from
+the dissertation's chapter 5 model itself. Writes docs/comparison.md and docs/comparison.svg.
+"""
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from independent_strip import CHAPTER_4, CHAPTER_5, Strip, measure, simulate, waves, write_csv
+from loop_pictures import Picture, draw
+from tqdm import tqdm
+
+from lce_analysis.experiment import Run, Series, read_run
+from lce_analysis.fit import fit, fit_each
+from lce_analysis.predict import Drive, predict
+from lce_model import Model, default_model
+from lce_model import simulate as simulate_model
+from lce_model.metrics import nrmse
+
+MODELS = ("equilibrium", "dynamic", "kinetic", "prandtl_ishlinskii", "bouc_wen")
+LOSS = "natural_convection"
+"""The effect that the lumped heat balance lacks most; added to the models that say so."""
+KINDS = {"pulse": "other T_h", "stairs": "staircase", "loops": "minor loops", "prbs": "PRBS"}
+REST_S = 60.0
+
+
+def campaign(name: str, strip: Strip, amplitude_w: float, heated_s: Sequence[float], folder: Path) -> dict[str, Run]:
+    """Runs of every kind on one specimen of the independent strip, as its sensors see them."""
+    top = 1.5 + amplitude_w
+    signals = {f"pulse-{th:g}": waves.pulse(amplitude_w, th, rest_s=REST_S) for th in heated_s}
+    up = [0.4, 0.8, 1.1, 1.4, top]
+    signals["stairs-1"] = waves.staircase([*up, *up[-2::-1]], 12.0, rest_s=REST_S)
+    signals["stairs-2"] = waves.staircase([0.6, 1.0, 1.3, 1.6, 1.2, 0.9, 0.5], 16.0, rest_s=REST_S)
+    signals["loops-1"] = waves.minor_loops(0.5, top, 4, 12.0, rest_s=REST_S)
+    signals["loops-2"] = waves.minor_loops(0.7, 0.95 * top, 3, 18.0, rest_s=REST_S)
+    signals["prbs-1"] = waves.prbs(0.5, top, 4.0, 30, seed=1, rest_s=REST_S)
+    runs = {}
+    for seed, (kind, signal) in enumerate(signals.items()):
+        path = write_csv(folder / f"{name}-{kind}.csv", measure(simulate(strip, *signal), seed))
+        runs[kind] = read_run(path)
+    return runs
+
+
+def of_chapter_5(runs: Mapping[str, Run]) -> dict[str, Run]:
+    """The same inputs given to the published dynamic model, (5.10), with the noise of the sensors."""
+    model, made = default_model("lumped", "dynamic"), {}
+    for seed, (kind, run) in enumerate(runs.items()):
+        assert run.power is not None and run.temperature is not None
+        out, random = simulate_model(model, run.power.time_s, run.power.value), np.random.default_rng(seed)
+        times = run.temperature.time_s
+        warm = np.interp(times, out.time_s, out.temperature_k) + 0.06 * random.standard_normal(times.size)
+        moved = Series(out.time_s, out.displacement_m + 4e-6 * random.standard_normal(out.time_s.size))
+        made[kind] = Run(kind, run.path, f"chapter 5 model {kind}", run.power, Series(times, warm), moved, {})
+    return made
+
+
+@dataclass(frozen=True)
+class Row:
+    """A model fitted to some of the runs: its errors (NRMSE of d, %) on all of them, by run."""
+
+    label: str
+    model: Model
+    train: tuple[str, ...]
+    errors: Mapping[str, float]
+    fit_s: float
+
+    def mean(self, of: Iterable[str]) -> float:
+        """Root mean square error over runs."""
+        return math.sqrt(float(np.mean([self.errors[k] ** 2 for k in of])))
+
+    @property
+    def unseen(self) -> float:
+        """Over all runs that it was not fitted to."""
+        return self.mean(k for k in self.errors if k not in self.train)
+
+
+def error(model: Model, run: Run, drive: Drive) -> float:
+    """NRMSE of the displacement of a run, %."""
+    prediction = predict(model, run, drive).displacement_at_samples_m
+    assert prediction is not None and run.displacement is not None
+    return 100.0 * nrmse(prediction, run.displacement.value)
+
+
+def fitted(
+    bar: "tqdm[None]", runs: Mapping[str, Run], train: Sequence[str], models: Iterable[str], drive: Drive = "model"
+) -> list[Row]:
+    """Each model fitted to the runs of ``train`` with one parameter set; "+" joins effects to its name."""
+    rows = []
+    for label in models:
+        bar.set_description_str(f"{label}, {len(train)} runs, T {'measured' if drive == 'measured' else 'predicted'}")
+        deformation, *effects = label.split(" + ")
+        begin = time.perf_counter()
+        model = fit(default_model("lumped", deformation, tuple(effects)), [runs[k] for k in train], drive).model
+        seconds = time.perf_counter() - begin
+        rows.append(Row(label, model, tuple(train), {k: error(model, r, drive) for k, r in runs.items()}, seconds))
+        bar.update()
+    return rows
+
+
+def table(rows: Sequence[Row]) -> list[str]:
+    """Errors by kind of run."""
+    first = rows[0]
+    unseen = [k for k in first.errors if k not in first.train]
+    kinds = [k for k in KINDS if any(u.startswith(k) for u in unseen)]
+    text = [
+        f"| model | free parameters | training | {' | '.join(KINDS[k] for k in kinds)} | **all unseen** | fit s |",
+        "|---" * (len(kinds) + 5) + "|",
+    ]
+    for row in rows:
+        cells = [row.mean(row.train), *(row.mean(u for u in unseen if u.startswith(k)) for k in kinds)]
+        free = sum(not v.fixed for v in row.model.values)
+        numbers = " | ".join(f"{c:.2f}" for c in cells)
+        text.append(f"| {row.label} | {free} | {numbers} | **{row.unseen:.2f}** | {row.fit_s:.0f} |")
+    return [*text, ""]
+
+
+def verdict(rows: Sequence[Row]) -> list[str]:
+    """The bar of the project, read off the rows."""
+    best = min(rows, key=lambda r: r.unseen)
+    dynamic = next(r for r in rows if r.label == "dynamic")
+    return [
+        f"Best on unseen runs: {best.label}, {best.unseen:.2f} %, {best.unseen / dynamic.unseen:.2f} of `dynamic`. "
+        f"The bar is 2.0 % and 0.50: {'met' if best.unseen <= min(2.0, 0.5 * dynamic.unseen) else 'not met'}.",
+        "",
+    ]
+
+
+def refitted(bar: "tqdm[None]", runs: Mapping[str, Run], keys: Sequence[str], together: Sequence[Row]) -> list[str]:
+    """A parameter set for each run against one for all, on the same pulses."""
+    text = ["| model | one set a run | one set for all |", "|---|---|---|"]
+    for row in together:
+        bar.set_description_str(f"{row.label}, one set a run")
+        chosen = [runs[k] for k in keys]
+        own = fit_each(default_model("lumped", row.label), chosen, "measured")
+        errors = [error(result.model, run, "measured") for result, run in zip(own, chosen, strict=True)]
+        text.append(f"| {row.label} | {math.sqrt(np.mean(np.square(errors))):.2f} | {row.mean(keys):.2f} |")
+        bar.update()
+    return [*text, ""]
+
+
+def simulation_times() -> list[str]:
+    """Milliseconds for 60 s at 100 Hz, P → T → d."""
+    times = np.arange(6000) * 0.01
+    power = np.where(times < 20.0, 1.7, 0.0)
+    text = ["| model | parameters of T → d | 60 s at 100 Hz, ms |", "|---|---|---|"]
+    for name in MODELS:
+        model = default_model("lumped", name).set({"lumped.gain": 60.0})
+        durations = []
+        for _ in range(30):
+            begin = time.perf_counter()
+            simulate_model(model, times, power)
+            durations.append(time.perf_counter() - begin)
+        free = sum(not v.fixed for v in default_model("none", name).values)
+        text.append(f"| {name} | {free} | {1e3 * min(durations):.2f} |")
+    return [*text, ""]
+
+
+def pictures(rows: Sequence[Row], run: Run) -> list[Picture]:
+    """Loops d over T of an unseen run: measured, and as each model predicts it from the measured temperature."""
+    assert run.displacement is not None
+    found = []
+    for row in rows:
+        p = predict(row.model, run, "measured")
+        measured = np.interp(p.time_s, run.displacement.time_s, run.displacement.value)
+        title = f"{row.label}: {row.errors[run.name.removeprefix('c5-')]:.1f} %"
+        found.append(Picture(title, p.temperature_k - 273.15, 1e3 * measured, 1e3 * p.displacement_m))
+    return found
+
+
+HEAD = """# The deformation models compared
+
+Written by `make comparison`. Errors are NRMSE of the displacement (4.24) in percent, root mean square over runs; one
+parameter set for all runs of a table unless it says otherwise. Data: the independent strip of
+`test/independent_strip` (distributed temperatures, noise of 0.06 K at 10 Hz and 4 µm at 100 Hz), which shares no code
+and no equations with the models, and the chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two,
+one or two runs of shrinking minor loops, a PRBS. Fit times are those of the machine that wrote this.
+
+`equilibrium` and `dynamic` are the dissertation's, `kinetic` is [ours](kinetic.md), `prandtl_ishlinskii` (generalised,
+with an analytic inverse) and `bouc_wen` are hysteresis models without physics.
+"""
+
+
+def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
+    """All fits, tables and pictures."""
+    heated = (16.0, 18.0, 19.0, 20.0, 22.0, 25.0, 28.0)
+    c5 = campaign("c5", CHAPTER_5, 0.4, heated, folder)
+    c4 = campaign("c4", CHAPTER_4, 0.2, (25.0, 30.0, 35.0, 40.0, 50.0), folder)
+    pulses = ("pulse-16", "pulse-19", "pulse-22", "pulse-25", "pulse-28")
+    rich = ("pulse-16", "pulse-20", "pulse-25", "pulse-28", "stairs-1", "loops-1")
+    with_loss = (*MODELS, f"dynamic + {LOSS}", f"kinetic + {LOSS}")
+    few = fitted(bar, c5, pulses, with_loss)
+    many = fitted(bar, c5, rich, with_loss)
+    driven = fitted(bar, c5, rich, MODELS, "measured")
+    driven_few = fitted(bar, c5, pulses, MODELS, "measured")
+    other = fitted(bar, c4, ("pulse-25", "pulse-35", "pulse-50", "stairs-1", "loops-1"), (*MODELS[:3], with_loss[-1]))
+    published = fitted(bar, of_chapter_5(c5), pulses, MODELS)
+    text = [
+        HEAD,
+        "## Size and speed", "", *simulation_times(),
+        "## P → T → d, fitted to pulses alone", "",
+        "Five pulses as in the dissertation (Amp 0.4, T_h 16, 19, 22, 25, 28 s); laser power is the only input.", "",
+        *table(few), *verdict(few),
+        "## P → T → d, fitted to pulses, a staircase and minor loops", "", *table(many), *verdict(many),
+        f"`+ {LOSS}`: the lumped heat balance with a loss that grows with the temperature, one of the "
+        "[effects](effects.md). Without it the thermal stage limits every deformation model.", "",
+        "## T → d alone, driven by the measured temperature", "",
+        "The camera's 10 Hz, smoothed. Fitted to pulses, a staircase and minor loops:", "", *table(driven),
+        "Fitted to pulses alone:", "", *table(driven_few),
+        "## One set a run against one for all", "",
+        "The five pulses, T → d alone.", "", *refitted(bar, c5, pulses, driven_few),
+        "## The other specimen: chapter 4", "", *table(other),
+        "## Data of the chapter 5 model itself", "",
+        "The published model (5.10) with sensor noise as the truth, fitted to pulses alone.", "", *table(published),
+        "## Minor loops", "",
+        "An unseen run of shrinking minor loops, T → d (fitted to pulses, a staircase and other minor loops).", "",
+        "![Loops d over T, measured and modelled](comparison.svg)", "",
+    ]  # fmt: skip
+    return "\n".join(text), pictures(driven, c5["loops-2"])
+
+
+def main() -> int:
+    """Run the comparison and write the documents."""
+    parser = argparse.ArgumentParser(description="the deformation models compared")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "comparison.md")
+    args = parser.parse_args()
+    with TemporaryDirectory() as folder, tqdm(total=38, unit="fit", dynamic_ncols=True) as bar:
+        text, loops = document(bar, Path(folder))
+    args.out.write_text(text, encoding="utf-8")
+    args.out.with_suffix(".svg").write_text(draw(loops, "T °C", "d mm"), encoding="utf-8")
+    print(args.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
