@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run a model: over a whole input at once, or step by step as a live strip."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,6 +83,7 @@ class Stepper:
     def __init__(self, model: Model, initial_temperature_k: float | None = None) -> None:
         if model.thermal == "none":
             raise LceError("a strip that is stepped by laser power needs a thermal stage")
+        self._model = model
         self._kernel = model.kernel
         self._parameters = model.vector
         self._state = np.empty(self._kernel.state_size)
@@ -89,9 +91,15 @@ class Stepper:
 
     def step(self, power_w: float, dt_s: float) -> None:
         """Advance by ``dt_s`` [s] under constant power [W]; LceError for a power or a time that is not physical."""
-        if not (np.isfinite(power_w) and power_w >= 0.0 and np.isfinite(dt_s) and dt_s >= 0.0):
+        if not (0.0 <= power_w < math.inf and 0.0 <= dt_s < math.inf):
             raise LceError(f"cannot step by {dt_s} s at {power_w} W: both must be finite and not negative")
         self._kernel.advance(power_w, dt_s, self._parameters, self._state)
+
+    def become(self, model: Model) -> None:
+        """Go on, from the present state, with the parameters of a model of the same terms: a disturbance."""
+        if model.terms != self._model.terms:
+            raise LceError("a strip can take on other parameters, not other terms")
+        self._model, self._parameters = model, model.vector
 
     @property
     def temperature_k(self) -> float:
