@@ -99,6 +99,17 @@ class RegimeShare(Share):
     upper_c: float
     held: bool
 
+    def among(self, regime: Regime) -> Flags:
+        """Which times (n,) of a run belong to it."""
+        inside = (regime.temperature_c >= self.lower_c) & (regime.temperature_c <= self.upper_c)
+        return np.asarray(inside & (regime.heating == (self.branch == "heating")) & (regime.hold == self.held))
+
+
+def spans(time_s: Floats, here: Flags) -> list[tuple[float, float]]:
+    """First and last time [s] of each stretch of samples (n,) that are marked."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], here, [False]]).astype(np.int8)))
+    return [(float(time_s[a]), float(time_s[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
 
 @dataclass(frozen=True)
 class Stretch(Share):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lce_analysis.regimes import Regime, error_shares, regime
+from lce_analysis.regimes import Regime, error_shares, regime, spans
 from lce_model import KELVIN
 
 Floats = NDArray[np.float64]
@@ -118,3 +118,16 @@ def test_no_error_at_all_has_shares_of_nothing(triangles: Regime) -> None:
     found = error_shares([("run", triangles, np.zeros_like(TIME))])
     assert found.most.error_share == 0.0
     assert {s.error_share for s in found.regimes} == {0.0}
+
+
+def test_the_samples_of_a_regime_are_those_that_its_share_counts(triangles: Regime) -> None:
+    found = error_shares([("run", triangles, np.ones_like(TIME))])
+    for share in found.regimes:
+        assert np.mean(share.among(triangles)) == pytest.approx(share.sample_share, abs=2e-4)  # both ends of a quarter
+
+
+def test_spans_are_the_stretches_of_what_is_marked() -> None:
+    marked = np.array([True, True, False, False, True, False, True])
+    assert spans(np.arange(7.0), marked) == [(0.0, 1.0), (4.0, 4.0), (6.0, 6.0)]
+    assert spans(np.arange(7.0), ~marked) == [(2.0, 3.0), (5.0, 5.0)]
+    assert spans(np.arange(7.0), np.zeros(7, dtype=bool)) == []

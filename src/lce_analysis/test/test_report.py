@@ -20,11 +20,13 @@ from lce_analysis.report import (
     Axis,
     Bars,
     Curve,
+    Fragment,
     Grid,
     Group,
     Heat,
     Lines,
     Loop,
+    Samples,
     Section,
     Table,
     Trace,
@@ -231,3 +233,16 @@ def test_where_the_error_fell(strip: Model, recorded: Record) -> None:
         assert now.values[0] == pytest.approx(noise, rel=0.1)
     cooling = list(of["displacement"][0].labels).index("cooling")
     assert of["displacement"][0].groups[1].values[cooling] == pytest.approx(28.0, rel=0.1)  # 40 µm in one run of two
+
+
+def test_a_page_that_answers_has_every_sample_and_cells_to_pick() -> None:
+    heat = Heat("shares", "", ["cold", "hot"], ["ramp"], np.array([[0.25, np.nan]]), pick="displacement regime")
+    x = np.linspace(0.0, 1.0, 6 * BUCKETS)
+    numbers = Samples()
+    page = Fragment(numbers)
+    assert 'data-pick="displacement regime" data-row="0" data-column="0"' in page.block(heat)
+    page.block(Lines("", TIME, HEIGHT, x, [Curve("d", np.where(x > 0.5, np.nan, x), "model")]))
+    begin, length = page.figures[0]["curves"][0]["y"]
+    sent = np.frombuffer(numbers.packed(), "<f4")[begin : begin + length]
+    assert np.array_equal(np.isnan(sent), x > 0.5) and sent[100] == np.float32(x[100])
+    assert "data-pick" not in Fragment(Arrays()).block(heat)

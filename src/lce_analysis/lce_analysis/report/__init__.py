@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Answers as one HTML file that opens anywhere, without a network: sections of plain values, and their page."""
 
+from lce_analysis.report.arrays import Samples
 from lce_analysis.report.blocks import (
     Axis,
     Bars,
@@ -18,7 +19,7 @@ from lce_analysis.report.blocks import (
 )
 from lce_analysis.report.change import falls
 from lce_analysis.report.comparison import provenance, render_comparison
-from lce_analysis.report.page import render
+from lce_analysis.report.page import Fragment, render
 
 __all__ = [
     "Axis",
@@ -26,11 +27,13 @@ __all__ = [
     "Block",
     "Curve",
     "Figure",
+    "Fragment",
     "Grid",
     "Group",
     "Heat",
     "Lines",
     "Loop",
+    "Samples",
     "Section",
     "Table",
     "Trace",

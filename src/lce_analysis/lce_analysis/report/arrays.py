@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Series for the page: thinned to what the eye can see, and packed."""
+"""Series for a page: thinned to what the eye can see, and packed; or as they are."""
 
 import base64
 import zlib
@@ -51,6 +51,27 @@ class Arrays:
         """The block in base64."""
         raw = np.concatenate(self._parts).astype("<u2").tobytes() if self._parts else b""
         return base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
+
+
+class Samples:
+    """All numbers of a page as they are, in single precision: for a page that is near its server.
+
+    The page gets [begin, length]; NaN is a gap.
+    """
+
+    def __init__(self) -> None:
+        self._parts: list[NDArray[np.float32]] = []
+        self._length = 0
+
+    def add(self, values: Floats) -> tuple[int, int]:
+        """Keep an array (n,) and return where it is."""
+        self._parts.append(values.astype("<f4"))
+        self._length += values.size
+        return self._length - values.size, values.size
+
+    def packed(self) -> bytes:
+        """The numbers, little-endian."""
+        return b"".join(part.tobytes() for part in self._parts)
 
 
 def visible(series: Sequence[Floats]) -> Indices:

@@ -78,7 +78,8 @@ class Loop:
 class Heat:
     """A table of numbers (rows, columns) tinted by size, NaN left empty; diverging: negative and positive apart.
 
-    digits is the format of a number; notes, of the same shape, appear under the pointer.
+    digits is the format of a number; notes, of the same shape, appear under the pointer. On a page that answers, a cell
+    is a button, and ``pick`` says of what.
     """
 
     title: str
@@ -89,6 +90,7 @@ class Heat:
     digits: str = ".0%"
     diverging: bool = False
     notes: Sequence[Sequence[str]] = ()
+    pick: str = ""
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def sections(comparison: Comparison) -> tuple[Section, ...]:
     """What the page says after the answer."""
     return (
         Section("Misfit", (misfit(comparison),)),
-        Section("Where the error sits", (*(_where(q, s) for q, s in comparison.shares.items()), REGIMES)),
+        Section("Where the error sits", (*(where(q, s) for q, s in comparison.shares.items()), REGIMES)),
         *(run_section(run) for run in comparison.runs),
         Section("The model", (parameters(comparison.model),)),
     )
@@ -95,7 +95,7 @@ def misfit(comparison: Comparison) -> Table:
     return Table("", head, rows)
 
 
-def _where(quantity: Quantity, found: ErrorShares) -> Grid:
+def where(quantity: Quantity, found: ErrorShares) -> Grid:
     """Shares of the squared error: by regime, by one thing alone beside the share of the samples, by run and cycle."""
     title = f"Squared error of {VALUE[quantity][0].name}"
     regimes = {
@@ -111,20 +111,20 @@ def _where(quantity: Quantity, found: ErrorShares) -> Grid:
     by_run = {run: [by_cycle.get(n, nothing) for n in cycles] for run, by_cycle in found.cycles.items()}
     return Grid(
         (
-            _share_table(quantity, f"{title} by regime", "", tuple(found.quarters), regimes),
+            _share_table(quantity, f"{title} by regime", "", tuple(found.quarters), regimes, "regime"),
             Bars(f"{title} beside the samples", "1", tuple(alone), (error, samples), ".0%", full=1.0),
-            _share_table(quantity, f"{title} by run and cycle", "cycle", [str(n) for n in cycles], by_run),
+            _share_table(quantity, f"{title} by run and cycle", "cycle", [str(n) for n in cycles], by_run, "cycle"),
         ),
         (6, 6, 5),
     )
 
 
 def _share_table(
-    quantity: Quantity, title: str, corner: str, columns: Sequence[str], rows: Mapping[str, Sequence[Share]]
+    quantity: Quantity, title: str, corner: str, columns: Sequence[str], rows: Mapping[str, Sequence[Share]], by: str
 ) -> Heat:
     values = np.array([[s.error_share for s in row] for row in rows.values()])
     notes = [[_note(quantity, s) for s in row] for row in rows.values()]
-    return Heat(title, corner, columns, tuple(rows), values, ".0%", notes=notes)
+    return Heat(title, corner, columns, tuple(rows), values, ".0%", notes=notes, pick=f"{quantity} {by}")
 
 
 def _note(quantity: Quantity, share: Share) -> str:

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from lce_analysis.report.arrays import Arrays, distinct, visible
+from lce_analysis.report.arrays import Arrays, Samples, distinct, visible
 from lce_analysis.report.blocks import Bars, Block, Grid, Heat, Lines, Loop, Section, Table
 
 NUMBER: Final = re.compile(r"[−+-]?[.\d]")
@@ -20,7 +20,8 @@ NUMBER: Final = re.compile(r"[−+-]?[.\d]")
 def render(title: str, answer: Sequence[str], sections: Sequence[Section], footer: Sequence[str] = ()) -> str:
     """The self-contained page: the answer in sentences, then the evidence, then where it came from."""
     here, uplot = files("lce_analysis.report"), files("uplot") / "static"
-    page = _Page()
+    arrays = Arrays()
+    page = Fragment(arrays)
     body = "".join(
         f'<section id="s{i}"><h2>{_text(s.heading)}</h2>{"".join(page.block(b) for b in s.blocks)}</section>\n'
         for i, s in enumerate(sections)
@@ -31,20 +32,27 @@ def render(title: str, answer: Sequence[str], sections: Sequence[Section], foote
         contents=" ".join(f'<a href="#s{i}">{_text(s.heading)}</a>' for i, s in enumerate(sections)),
         sections=body,
         footer="".join(f"<p>{_text(line)}</p>" for line in footer),
-        style=(uplot / "uPlot.min.css").read_text(encoding="utf-8") + (here / "page.css").read_text(encoding="utf-8"),
+        style="".join(
+            file.read_text(encoding="utf-8")
+            for file in (uplot / "uPlot.min.css", here / "figures.css", here / "page.css")
+        ),
         figures=json.dumps(page.figures, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
-        numbers=page.arrays.packed(),
+        numbers=arrays.packed(),
         uplot=(uplot / "uPlot.iife.js").read_text(encoding="utf-8").replace("</script", "<\\/script"),
-        script=(here / "page.js").read_text(encoding="utf-8"),
+        script="".join((here / name).read_text(encoding="utf-8") for name in ("figures.js", "page.js")),
     )
 
 
-class _Page:
-    """HTML of the blocks; what the script draws gathers in ``figures`` and ``arrays``."""
+class Fragment:
+    """HTML of blocks; what the script draws gathers in ``figures`` and ``arrays``.
 
-    def __init__(self) -> None:
+    With Samples, curves keep every sample, and the cells of a table that has something to pick are buttons.
+    """
+
+    def __init__(self, arrays: Arrays | Samples) -> None:
         self.figures: list[dict[str, Any]] = []
-        self.arrays = Arrays()
+        self.arrays = arrays
+        self._answers = isinstance(arrays, Samples)
 
     def block(self, block: Block) -> str:
         """The HTML of one block."""
@@ -70,7 +78,7 @@ class _Page:
                 caption = f"<figcaption>{_text(block.title)}<output></output></figcaption>"
                 return f'<figure data-figure="{len(self.figures) - 1}">{caption}</figure>'
             case Heat():
-                return _heat(block)
+                return _heat(block, block.pick if self._answers else "")
             case Bars():
                 return _bars(block)
             case Table():
@@ -82,7 +90,7 @@ class _Page:
 
     def _lines(self, figure: Lines) -> dict[str, Any]:
         edges = [e for c in figure.curves for e in (c.y, c.low, c.high) if e is not None]
-        keep = visible(edges)
+        keep = np.arange(figure.x.size) if self._answers else visible(edges)
         return {
             "x": self.arrays.add(figure.x[keep]),
             "curves": [
@@ -133,8 +141,8 @@ def _caption(title: str) -> str:
     return f"<caption>{_text(title)}</caption>" if title else ""
 
 
-def _heat(heat: Heat) -> str:
-    """The tint of a cell is its part of the largest number in the table."""
+def _heat(heat: Heat, pick: str) -> str:
+    """The tint of a cell is its part of the largest number in the table; with ``pick``, it is a button."""
     largest = float(np.nanmax(np.abs(heat.values), initial=0.0)) or 1.0
     head = "".join(f'<th scope="col">{_text(c)}</th>' for c in (heat.corner, *heat.columns))
     rows = []
@@ -147,7 +155,12 @@ def _heat(heat: Heat) -> str:
                 continue
             side = "minus" if heat.diverging and value < 0.0 else "plus"
             tint = f"--tint:{abs(value) / largest * 55:.0f}%"
-            cells.append(f'<td class="n {side}" style="{tint}"{note}>{_number(value, heat.digits)}</td>')
+            text = _number(value, heat.digits)
+            if pick:
+                told = _text(f"{name}, {heat.columns[j]}: {text}")
+                of = f'data-pick="{_text(pick)}" data-row="{i}" data-column="{j}"'
+                text = f'<button type="button" {of} aria-pressed="false" aria-label="{told}">{text}</button>'
+            cells.append(f'<td class="n {side}" style="{tint}"{note}>{text}</td>')
         rows.append(f'<tr><th scope="row">{_text(name)}</th>{"".join(cells)}</tr>')
     return (
         f'<table class="heat">{_caption(heat.title)}<thead><tr>{head}</tr></thead>'
