@@ -177,11 +177,11 @@ def _run(
             k4 = _rate(t + DT * k3, light, ambient, fin[0], gain, tau, s, wind)
             if i > 0:
                 t += DT / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-            if s[8] > 0.0:  # the clamp as a fin: strip → node 0 → … → surroundings
+            if s[8] > 0.0:  # the clamp as a fin: strip → node 0 → … → surroundings; slowest mode 1.9 slow_s
                 for j in range(FIN):
                     left = t if j == 0 else fin[j - 1]
                     right = ambient if j == FIN - 1 else fin[j + 1]
-                    fin[j] += DT / (slow / FIN) * (left - 2.0 * fin[j] + right)
+                    fin[j] += DT / (0.5 * slow) * (left - 2.0 * fin[j] + right)
             warm += DT / slow * ((1.0 if p > 0.0 else 0.0) - warm)
             dye -= DT * s[3] * light * dye
             bent += DT * (0.05 * light * (1.0 - bent) - bent / 8.0)

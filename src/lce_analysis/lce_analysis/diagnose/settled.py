@@ -20,6 +20,8 @@ JUMP: Final = 5.0
 """A step of the modelled displacement so many times larger than all but 1 % of its steps is a jump."""
 JUMP_S: Final = 0.25
 """Samples nearer to a jump than this do not count."""
+FAR: Final = 0.5
+"""Of a variable, which spans its bounds in π."""
 
 
 def in_noise(blocks: Sequence[Block], noise: Mapping[int, Noise]) -> tuple[Block, ...]:
@@ -91,15 +93,18 @@ class Settled:
         """Squared whitened error (runs,) of each run at the parameters that the others give.
 
         The parameters without a run are one Gauss–Newton step from those with it; the run is then simulated with them.
+        A variable that the step would carry out of reach of the linearisation, as one at its bound, stays where it is.
         """
         white = replace(self.problem, blocks=whitened(self.problem.blocks, noise))
         products = self._gram(noise)
         total, variables = products.sum(axis=0), white.first()
         errors = np.zeros(self._runs)
         for i in range(self._runs):
-            step = project(total - products[i], self.free).solve[:, -1]
+            others = total - products[i]
+            near = np.append(np.abs(project(others, self.free).solve[:, -1]) < FAR, True)
+            step = project(others * np.outer(near, near), self.free).solve[:, -1]
             step[len(white.free) :] = 0.0  # the start temperature is the run's own
-            residual = white.residuals_of(i, variables + np.clip(step, -0.5, 0.5))
+            residual = white.residuals_of(i, variables + np.clip(step, -FAR, FAR))
             errors[i] = float(residual @ residual)
         return errors
 

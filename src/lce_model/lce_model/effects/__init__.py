@@ -109,12 +109,13 @@ def find(name: str) -> Effect:
 
 @cache
 def _from_file(path: Path) -> Effect:
-    digest = hashlib.sha256(str(path).encode()).hexdigest()[:8]
-    spec = importlib.util.spec_from_file_location(f"lce_effect_{path.stem}_{digest}", path)
-    if not path.is_file() or spec is None or spec.loader is None:
+    if not path.is_file():
         raise LceError(f"{path}: no such effect file")
+    # A kernel in the cache names the modules of its functions: the same text has the same name, wherever it lies.
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    spec = importlib.util.spec_from_file_location(f"lce_effect_{digest}", path)
+    assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    # A kernel in the cache names the modules of its functions.
     sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)
