@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from run_command import experiment, lce, read, started, until, values
 
-from lce_bringup import cli, protocols
-from lce_bringup.commands import run as run_command_module
+from lce_bringup import cli, protocols, recording
 
 PROTOCOL = "hold:power=1.5,hold=3,rest=2"
 POWER, TEMPERATURE, DISPLACEMENT = "/lce/laser/power", "/lce/temperature", "/lce/displacement"
@@ -170,7 +169,7 @@ def test_a_campaign_is_one_bag_for_each_run(
 ) -> None:
     parts = ("pulse:th=1,rest=1", "stairs:steps=2,hold=1,rest=1")
     monkeypatch.setitem(protocols.CAMPAIGNS, "two", parts)
-    monkeypatch.setattr(run_command_module.signal, "signal", lambda *_: None)
+    monkeypatch.setattr(recording.signal, "signal", lambda *_: None)
     assert cli.main(["run", "two", "--fast", "--seed", "7", "--out", str(tmp_path / "two")]) == 0
     bags = [Path(line) for line in capfd.readouterr().out.splitlines()]
     assert bags == [tmp_path / "two" / "pulse_th1_rest1", tmp_path / "two" / "stairs_steps2_hold1_rest1"]
@@ -202,7 +201,7 @@ def test_a_bad_request_is_one_line_and_nothing_is_written(
     said: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run_command_module.signal, "signal", lambda *_: None)
+    monkeypatch.setattr(recording.signal, "signal", lambda *_: None)
     assert cli.main(["run", *words, "--out", "bag"]) == 1
     out, errors = capsys.readouterr()
     assert out == "" and errors.startswith("lce: ") and errors.count("\n") == 1 and said in errors

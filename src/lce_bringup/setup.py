@@ -37,6 +37,7 @@ setup(
     entry_points={
         "console_scripts": [
             "experiment_player = lce_bringup.experiment_player_node:main",
+            "target_player = lce_bringup.target_player_node:main",
             "recorder = lce_bringup.recorder_node:main",
             "lce = lce_bringup.cli:main",
         ],

@@ -30,6 +30,7 @@ class NodeSpec:
 
 
 PLAYER = NodeSpec("experiment_player", "lce_bringup.experiment_player_node", "ExperimentPlayer")
+TARGET_PLAYER = NodeSpec("target_player", "lce_bringup.target_player_node", "TargetPlayer")
 RECORDER = NodeSpec("recorder", "lce_bringup.recorder_node", "Recorder")
 BENCH = (
     NodeSpec("laser", "lce_drivers.laser_node", "Laser"),
@@ -49,11 +50,14 @@ CONTROLLERS = {"double": (FEEDFORWARD, OUTER, INNER), "single": (FEEDFORWARD, SI
 class Plan:
     """One run: what is played, where it is recorded, on which strip, and the seed of its sensor noise.
 
-    `model` None stands for the bench's default strip; `settings` are TERM.PARAM of the model, in its units;
-    `measured` are the topics that must be heard before a run in real time begins.
+    `protocol` says in words what the `player` does for `duration_s` [s], `given` is what it and the `controllers` are
+    told: ROS parameters by node name, over those of `files`. `model` None stands for the bench's default strip;
+    `settings` are TERM.PARAM of the model, in its units; `measured` are the topics that must be heard before a run in
+    real time begins.
     """
 
-    wave: Wave
+    protocol: str
+    duration_s: float
     folder: Path
     model: Path | None
     settings: Mapping[str, float]
@@ -61,11 +65,20 @@ class Plan:
     fast: bool
     conditions: Mapping[str, float] = field(default_factory=dict)
     measured: tuple[str, ...] = ("laser/power", "temperature", "displacement")
+    player: NodeSpec = PLAYER
+    controllers: tuple[NodeSpec, ...] = ()
+    files: tuple[Path, ...] = ()
+    given: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def nodes(self) -> tuple[NodeSpec, ...]:
+        """Every node, in the order in which they are closed: who commands first, the recorder last."""
+        return (self.player, *self.controllers, *BENCH, RECORDER)
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """ROS parameters by node name, over those of config/bench.yaml."""
+        """ROS parameters by node name, over those of the files."""
         about = experiment.describe(
-            self.wave.text,
+            self.protocol,
             "fast" if self.fast else "realtime",
             "simulated",
             self.seed,
@@ -76,21 +89,18 @@ class Plan:
         strip: dict[str, Any] = {"set": [f"{key}={value!r}" for key, value in self.settings.items()] or [""]}
         if self.model is not None:
             strip["model_file"] = str(self.model.resolve())
-        return {
+        own = {
             "simulator": strip,
             "recorder": {
                 "out": str(self.folder.resolve()),
                 "experiment": json.dumps(about),
                 "after": [""] if self.fast else list(self.measured),
             },
-            "experiment_player": {
-                "protocol": self.wave.text,
-                "wait_for_recorder": True,
-                "progress": not self.fast,
-            },
+            self.player.name: {"wait_for_recorder": True, "progress": not self.fast},
             "thermal_camera": {"seed": self.seed},
             "distance_sensor": {"seed": self.seed},
         }
+        return {name: {**own.get(name, {}), **self.given.get(name, {})} for name in (*own, *self.given)}
 
     def ros_arguments(self, parameter_file: Path) -> list[str]:
         """Write `parameter_file` and return the arguments that give it to every node."""
@@ -98,7 +108,7 @@ class Plan:
         for name, values in self.parameters().items():
             content[f"/**/{name}"] = {"ros__parameters": values}
         parameter_file.write_text(bag_metadata.dump(content), encoding="utf-8")
-        files = [config_file("bench.yaml"), config_file("simulated.yaml"), parameter_file]
+        files = [config_file("bench.yaml"), config_file("simulated.yaml"), *self.files, parameter_file]
         return [
             "--ros-args",
             "-r",

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from lce_bringup.graph import BENCH, PLAYER, RECORDER, Plan, python
+from lce_bringup.graph import Plan, python
 from lce_bringup.processes import Processes
 
 _LOOK_S = 0.05
@@ -23,9 +23,9 @@ def run_realtime(plan: Plan, progress: Callable[[float], None]) -> None:
     """
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder, Processes(Path(folder)) as nodes:
         arguments = plan.ros_arguments(Path(folder) / "parameters.yaml")
-        for spec in (RECORDER, *reversed(BENCH)):
+        for spec in reversed(plan.nodes[1:]):
             nodes.start(spec.name, [*python(spec), *arguments])
-        player = nodes.start(PLAYER.name, [*python(PLAYER), *arguments], pipe=True)
+        player = nodes.start(plan.player.name, [*python(plan.player), *arguments], pipe=True)
         assert player.stdout is not None
         with selectors.DefaultSelector() as selector:
             selector.register(player.stdout, selectors.EVENT_READ)
@@ -38,6 +38,6 @@ def run_realtime(plan: Plan, progress: Callable[[float], None]) -> None:
                     *lines, rest = (rest + data).split(b"\n")
                     for line in lines:
                         progress(float(line))
-                nodes.check(but=PLAYER.name)
-        nodes.stop(PLAYER.name, after_s=5.0)
+                nodes.check(but=plan.player.name)
+        nodes.stop(plan.player.name, after_s=5.0)
         nodes.check()

@@ -4,6 +4,7 @@
 from collections.abc import Mapping
 
 COMMAND = "laser/power_command"
+TARGET = "target_displacement"
 
 RECORDED: Mapping[str, str] = {
     COMMAND: "std_msgs/msg/Float64",
@@ -11,12 +12,12 @@ RECORDED: Mapping[str, str] = {
     "temperature": "sensor_msgs/msg/Temperature",
     "displacement": "std_msgs/msg/Float64",
     "temperature_setpoint": "sensor_msgs/msg/Temperature",
-    "target_displacement": "std_msgs/msg/Float64",
+    TARGET: "std_msgs/msg/Float64",
     "sim/temperature": "sensor_msgs/msg/Temperature",
     "sim/displacement": "std_msgs/msg/Float64",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }
 """Topic and message type."""
 
-LATCHED_TOPICS = frozenset({"target_displacement"})
+LATCHED_TOPICS = frozenset({TARGET})
 """Those that are said once and kept for who comes later."""

@@ -89,6 +89,12 @@ class Stepper:
         self._state = np.empty(self._kernel.state_size)
         self._kernel.begin(_start_temperature(model, initial_temperature_k), 0.0, self._parameters, self._state)
 
+    def copy(self) -> "Stepper":
+        """The same strip at the same moment, to be stepped on its own."""
+        twin = Stepper.__new__(Stepper)
+        twin.__dict__ |= self.__dict__ | {"_state": self._state.copy()}
+        return twin
+
     def step(self, power_w: float, dt_s: float) -> None:
         """Advance by ``dt_s`` [s] under constant power [W]; LceError for a power or a time that is not physical."""
         if not (0.0 <= power_w < math.inf and 0.0 <= dt_s < math.inf):
