@@ -44,6 +44,10 @@ INNER = NodeSpec("inner_controller", "lce_control.inner_controller_node", "Inner
 SINGLE = NodeSpec("single_controller", "lce_control.single_controller_node", "SingleController")
 CONTROLLERS = {"double": (FEEDFORWARD, OUTER, INNER), "single": (FEEDFORWARD, SINGLE)}
 """Nodes of each mode of control."""
+FOLLOWERS = (OUTER, SINGLE)
+"""Those that listen to targets."""
+MODEL_READERS = (FEEDFORWARD,)
+"""Those that have a model file."""
 
 
 @dataclass(frozen=True)
@@ -117,11 +121,15 @@ class Plan:
         ]
 
 
+def laser_limit_w() -> float:
+    """The most power that the laser of bench.yaml gives [W]."""
+    entries = yaml.safe_load(config_file("bench.yaml").read_text(encoding="utf-8"))
+    return float(entries["/**/laser"]["ros__parameters"]["max_power_w"])
+
+
 def check_power(wave: Wave) -> None:
     """Raise LceError for a waveform that the laser would cut off."""
-    entries = yaml.safe_load(config_file("bench.yaml").read_text(encoding="utf-8"))
-    limit_w = entries["/**/laser"]["ros__parameters"]["max_power_w"]
-    most_w = float(wave.power_w.max())
+    limit_w, most_w = laser_limit_w(), float(wave.power_w.max())
     if most_w > limit_w:
         raise LceError(f"{wave.text}: asks for {most_w:g} W; the laser gives {limit_w:g} W (max_power_w in bench.yaml)")
 
