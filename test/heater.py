@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured heater runs as experiments of the bench.
+"""The measured heater runs of docs/heater.md as experiments: python test/heater.py SOURCE TARGET.
 
-Source: a TCLab board, github dowlinglab/pyomo-doe, BSD-3-Clause.
-
-They lie beside the repository where they are present at all: `find()` returns None where they are not, and
-tests skip. Only the thermal stage can be judged by them: there is no displacement.
+SOURCE is the folder data/ of github.com/dowlinglab/pyomo-doe (BSD-3-Clause), measured on a TCLab board. Tests take
+it from beside the repository, where it is present at all: `find()` returns None where it is not, and they skip.
+Only the thermal stage can be judged: there is no displacement.
 
 The drive of heater 1 is given in per cent of an unstated power. In the files written here the column
 `power_w` holds that drive with 100 % = 1 "W": it is a relative power, so a gain fitted to it is in K per full
@@ -15,6 +14,7 @@ sensor 2 is left out.
 from __future__ import annotations
 
 import csv
+import sys
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -52,6 +52,11 @@ def convert(source: Path, target: Path) -> Path:
 
 
 def convert_all(folder: Path, target: Path) -> dict[str, Path]:
-    """Convert every run of `folder` into the existing folder `target`; the files by the run's name."""
-    sources = sorted(folder.glob("*_run_*.csv"))
+    """Convert the runs of `folder` into the existing folder `target`; the files by the run's name."""
+    sources = sorted(folder.glob("*_50_run_*.csv"))
     return {source.stem: convert(source, target / source.name) for source in sources}
+
+
+if __name__ == "__main__":
+    Path(sys.argv[2]).mkdir(parents=True, exist_ok=True)
+    convert_all(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -156,7 +156,7 @@ def _problem(rivals: _Rivals, which: int, time: Floats, power: Floats) -> Proble
         sha256="",
         power=Series(time, power),
         temperature=Series(time[camera], true.measured_temperature_k[camera]),
-        displacement=Series(time, true.measured_displacement_m),
+        displacement=None if rivals.whole.deformation == "none" else Series(time, true.measured_displacement_m),
         conditions={},
     )
     inputs = [prepare(run, rivals.whole)]

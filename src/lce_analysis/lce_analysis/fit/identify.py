@@ -45,6 +45,8 @@ REFINED = 6
 """Members of each population that are refined by least squares."""
 REWEIGHTED = 3
 """Rounds of the joint fit."""
+STRETCHES, MOVED = 8, 5.0
+"""Under constant power a series moves where the means of so many stretches differ by so many times its noise."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
 
@@ -101,12 +103,23 @@ def check_runs(model: Model, runs: Sequence[Run]) -> None:
             raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
         if model.deformation != "none" and run.displacement is None and run.power is None:
             raise LceError(f"{run.name}: nothing in it says anything of this model")
-        if run.power is not None and model.thermal != "none" and np.ptp(run.power.value) == 0.0:
+        if run.power is not None and model.thermal != "none" and not _excited(run):
             raise LceError(
                 f"{run.name}: the laser power is {run.power.value[0]:g} W throughout; nothing can be identified from it"
             )
     if model.deformation != "none" and all(run.displacement is None for run in runs):
         raise LceError("no run has a displacement; fit with --deformation none")
+
+
+def _excited(run: Run) -> bool:
+    """Does the power change, or do sensors follow a step to it with which the run began?"""
+    assert run.power is not None
+    if np.ptp(run.power.value) > 0.0 or run.power.value[0] == 0.0:
+        return bool(np.ptp(run.power.value) > 0.0)
+    series = [s for s in (run.temperature, run.displacement) if s is not None]
+    return any(
+        np.ptp([part.mean() for part in np.array_split(s.value, STRETCHES)]) > MOVED * noise_floor(s) for s in series
+    )
 
 
 class _Search:
