@@ -97,6 +97,7 @@ class Term:
     start : returns the same values before the first step, from the parameters and the signals present then; where it
         is None, ``step`` itself is called with ``dt = 0``, which serves every term without memory.
     arrays : states that are arrays, as (name, size): ``start`` fills and ``step`` changes them in place.
+    vectors : parameters name_1, name_2 … that ``start`` and ``step`` take as one array, as (name, size).
     """
 
     name: str
@@ -108,6 +109,7 @@ class Term:
     start: Callable[..., float | tuple[float, ...]] | None = None
     states: tuple[str, ...] = field(default=())
     arrays: tuple[tuple[str, int], ...] = field(default=())
+    vectors: tuple[tuple[str, int], ...] = field(default=())
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
@@ -120,12 +122,23 @@ class Term:
         memory = [*self.states, *(name for name, _ in self.arrays)]
         if memory and self.start is None:
             raise LceError(f"term {self.name}: has states {', '.join(memory)} but no start function")
+        names = [p.name for p in self.parameters]
+        for name, size in self.vectors:
+            members = [f"{name}_{i + 1}" for i in range(size)]
+            if members[0] not in names or names[names.index(members[0]) :][:size] != members:
+                raise LceError(f"term {self.name}: vector {name} needs parameters {name}_1 to {name}_{size}, in a row")
         for function in (self.step, self.start):
             if function is not None:
                 self._check_arguments(function)
 
+    @property
+    def idle_at(self) -> dict[str, float]:
+        """Values of all its parameters at which the term changes nothing; empty where there are none."""
+        return {}
+
     def _check_arguments(self, function: Callable[..., float | tuple[float, ...]]) -> None:
-        known = {*SIGNALS, *self.states, *dict(self.arrays), *(p.name for p in self.parameters), "dt"}
+        arrays = {**dict(self.arrays), **dict(self.vectors)}
+        known = {*SIGNALS, *self.states, *arrays, *(p.name for p in self.parameters), "dt"}
         for argument in inspect.signature(function).parameters:
             if argument not in known:
                 raise LceError(

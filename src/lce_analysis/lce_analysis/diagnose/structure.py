@@ -3,8 +3,8 @@
 
 Noise does not repeat itself: a curve of the residual over temperature, rate, power, time, displacement or cycle that is
 fitted to all runs but one must predict that one too, or it is chance. What disturbs the strip itself without repeating
-(a draught, an unsteady laser) is seen by both sensors at once: the residual of the displacement then follows that of
-the temperature along the slope of the loop, which the noise of two separate sensors cannot do.
+(a draught, an unsteady laser) is seen by both sensors at once: the displacement then follows the measured temperature
+where it differs from the modelled one, which the noise of two separate sensors cannot do.
 """
 
 from collections.abc import Sequence
@@ -13,18 +13,17 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from lce_analysis.fit.problem import Problem
-from lce_analysis.predict import CAMERA, DIRECTION, DISPLACEMENT, DISTANCE, TEMPERATURE
+from lce_analysis.predict import CAMERA, DIRECTION, DISPLACEMENT, DISTANCE, TEMPERATURE, measured_drive
 
 Floats = NDArray[np.float64]
 
 KNOTS: Final = 9
 STRUCTURED: Final = 0.15
 """Share of the residual's variance, predicted in a run that was left out, from which it is no longer noise."""
-SLOWEST_RATE: Final = 0.05
-"""K/s; below it the slope of the loop is not told from its time derivatives."""
+FELT: Final = "temperature not predicted"
+"""The model's displacement driven by the measured temperature, less that driven by the modelled one."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ UNITS: Final = {
     "time": "s",
     "displacement": "m",
     "cycle": "1",
-    "residual of the temperature": "K",
+    FELT: "m",
 }
 
 
@@ -79,7 +78,7 @@ def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
         out = problem.outputs(i, free[None], starts[i : i + 1])[0]
         for b, part in zip(problem.blocks, parts, strict=True):
             if b.run == i:
-                seen.setdefault(b.column, []).append(_Seen(i, part, _covariates(problem, i, out, b.column, parts)))
+                seen.setdefault(b.column, []).append(_Seen(i, part, _covariates(problem, i, out, b.column)))
     found = [
         _dependence(column, name, members)
         for column, members in seen.items()
@@ -89,7 +88,7 @@ def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
     return sorted(found, key=lambda d: -d.share)
 
 
-def _covariates(problem: Problem, run: int, out: Floats, column: int, parts: Sequence[Floats]) -> dict[str, Floats]:
+def _covariates(problem: Problem, run: int, out: Floats, column: int) -> dict[str, Floats]:
     grid = problem.inputs[run].time_s
     block = next(b for b in problem.blocks if b.run == run and b.column == column)
     temperature = out[:, TEMPERATURE]
@@ -113,21 +112,18 @@ def _covariates(problem: Problem, run: int, out: Floats, column: int, parts: Seq
     }
     if np.isfinite(out[:, DISPLACEMENT]).all():
         found["displacement"] = sampled(out[:, DISPLACEMENT])
-    camera = next((k for k, b in enumerate(problem.blocks) if b.run == run and b.column == CAMERA), None)
-    if column == DISTANCE and camera is not None:
-        sampling = problem.blocks[camera].sampling
-        at = grid[sampling.index] + sampling.weight * (grid[sampling.index + 1] - grid[sampling.index])
-        slow = gaussian_filter1d(parts[camera], 5.0)
-        speed = np.gradient(out[:, DISPLACEMENT], grid)
-        slope = speed * rate / (rate**2 + SLOWEST_RATE**2)
-        found["residual of the temperature"] = sampled(slope * np.interp(grid, at, slow))
+    if column == DISTANCE and problem.inputs[run].run.temperature is not None:
+        vector, start = problem.model.vector[None], np.array([problem.split(problem.first())[1][run]])
+        driven = measured_drive(problem.inputs[run], problem.model, float(start[0]))
+        moved = driven.simulate(problem.model, vector, start)[0, :, DISPLACEMENT] - out[:, DISPLACEMENT]
+        found[FELT] = sampled(moved) if block.keep is None else sampled(moved) * block.keep
     return found
 
 
 def _dependence(column: int, name: str, members: Sequence[_Seen]) -> Dependence:
     values = np.concatenate([m.covariates[name] for m in members])
     here = values[np.isfinite(values)]
-    linear = name == "residual of the temperature"
+    linear = name == FELT
     knots = np.array([0.0]) if linear or here.size == 0 else np.unique(np.quantile(here, np.linspace(0, 1, KNOTS)))
     moments = []
     for m in members:

@@ -67,6 +67,11 @@ class Effect(Term):
         return next(p for p in self.parameters if p.name == name)
 
     @property
+    def idle_at(self) -> dict[str, float]:
+        """The defaults of its parameters, with the strength at its null value."""
+        return {p.name: p.default for p in self.parameters}
+
+    @property
     def reference(self) -> str:
         """What a model file lists it by: its name, or the path of the user's file."""
         return self.path or self.name
