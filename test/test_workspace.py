@@ -14,7 +14,9 @@ PACKAGES = sorted(file.parent.name for file in SOURCES.glob("*/package.xml"))
 ROSDEP = {  # import name: rosdep key, where they differ
     "gi": "",  # the camera's library, by hand: docs/hardware.md
     "launch_testing": "",
+    "fastapi": "",  # comes with nicegui
     "mcap": "",  # requirements/ubuntu.txt
+    "nicegui": "",  # requirements/ubuntu.txt
     "numba": "python3-numba",
     "numpy": "python3-numpy",
     "pymodbus": "python3-pymodbus",

@@ -25,6 +25,7 @@ COMMANDS = {
     "design": "the experiment that would tell two effects apart",
     "effects": "the library of physical effects, with equations and units",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
+    "workbench": "the same as a local web page",
 }
 """Command name (module lce_bringup.commands.NAME) and its line in `lce --help`."""
 
@@ -60,7 +61,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
         description="A bench for light-driven liquid crystal elastomers: run, record, identify, compare.",
         epilog="exit status: 0 done, 1 the data or the model cannot be used, 2 wrong usage",
     )
-    parser.add_argument("--version", action="version", version=f"lce {__version__}")
+    parser.add_argument("-V", "--version", action="version", version=f"lce {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     chosen = next((word for word in argv if not word.startswith("-")), None)
     for name, about in COMMANDS.items():

@@ -40,7 +40,7 @@ class Processes:
                 stdout=subprocess.PIPE if pipe else log,
                 stderr=log,
                 start_new_session=True,
-                preexec_fn=_end_with_parent if sys.platform == "linux" else None,
+                preexec_fn=end_with_parent if sys.platform == "linux" else None,
             )
         return self._running[name]
 
@@ -103,6 +103,6 @@ def _how(status: int) -> str:
     return f"status {status}" if status >= 0 else f"killed by {signal.Signals(-status).name}"
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """In the child: be interrupted when the parent dies, however it dies (Linux)."""
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

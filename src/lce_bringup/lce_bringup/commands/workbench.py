@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lce workbench`: look at runs, see the misfit, add an effect and watch the error fall, on a local web page."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lce_bringup.workbench.session import Role
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of `lce workbench`."""
+    parser.add_argument(
+        "runs",
+        nargs="*",
+        type=Path,
+        metavar="RUN | DIR",
+        help="runs, or the folder of them (default: runs, or this folder); the page sees nothing outside of it",
+    )
+    parser.add_argument("--model", type=Path, metavar="M.yaml", help="model file to begin with")
+    parser.add_argument("--port", type=int, default=8080, metavar="P", help="8080 by default")
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="address to listen on; for one that others reach, the URL printed carries a token without which "
+        "nobody gets in",
+    )
+    parser.epilog = "What you decide, and the models, are kept in the folder `workbench` beside the runs."
+
+
+def main(args: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C."""
+    folder, chosen = _folder(args.runs)
+    from lce_bringup.workbench import server
+    from lce_bringup.workbench.bench import Workbench
+    from lce_bringup.workbench.guard import is_loopback
+    from lce_model import LceError, load_model
+
+    if not 0 < args.port < 65536:
+        raise LceError(f"--port {args.port}: must be between 1 and 65535")
+    bench = Workbench(folder)
+    if args.model:
+        bench.keep(load_model(args.model), f"from {args.model.name}")
+    token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
+    server.prepare(bench, chosen)
+    print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
+    server.serve(args.host, args.port, token)
+    return 0
+
+
+def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
+    """The folder of the page, and of runs that were named what they are used for."""
+    from lce_bringup.workbench.session import find_runs
+    from lce_model.errors import LceError
+
+    paths = paths or [Path("runs") if Path("runs").is_dir() else Path()]
+    for path in paths:
+        if not path.exists():
+            raise LceError(f"{path}: no such file or folder")
+    places = [path.resolve() for path in paths]
+    if len(places) == 1 and places[0].is_dir() and not any(places[0].glob("*.mcap")):
+        return places[0], {}
+    folder = Path(os.path.commonpath([place.parent for place in places]))
+    return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lce workbench`: a local web page over the library that the other commands call, without logic of its own.
+
+session.py  what the user decided, in files beside the runs   jobs.py, work.py  long work, in a process of its own
+bench.py    what all open pages share                         live_node.py      the topics, for the live view
+figures.py  blocks of the report, drawn on the page           page.py, tabs/    the page
+server.py   the server, guard.py who may talk to it
+"""

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What all open pages share: the session, the runs as read, comparisons, and the one job at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lce_bringup.workbench import session as sessions
+from lce_bringup.workbench.jobs import Job, Work
+from lce_bringup.workbench.session import Role, Session
+from lce_model.errors import LceError
+
+if TYPE_CHECKING:
+    from lce_analysis.compare import Comparison
+    from lce_analysis.experiment import Run
+    from lce_model import Model
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file that may be a run: the run as read, or why it is none; neither before it is read."""
+
+    path: Path
+    run: Run | None = None
+    error: str = ""
+
+
+class Workbench:
+    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self.session = sessions.load(self.folder)
+        self.entries: dict[str, Entry] = {}
+        self.job: Job | None = None
+        self.busy = ""
+        self.version = 0
+        self._models: dict[int, Model] = {}
+        self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
+        self._then: Callable[[], None] = lambda: None
+
+    # Runs
+
+    async def open(self, chosen: Mapping[str, Role] | None = None) -> None:
+        """Find the runs of the folder and read those that are not left aside; ``chosen`` overrides their roles."""
+        found = await asyncio.to_thread(sessions.find_runs, self.folder)
+        roles = {name: self.session.roles.get(name, "train") for name in found} | dict(chosen or {})
+        self.entries = {name: self.entries.get(name, Entry(path)) for name, path in found.items()}
+        self._change(Session(self.folder, roles, self.session.models, self.session.current))
+        for name, role in roles.items():
+            if role != "off":
+                await self.read(name)
+
+    async def read(self, name: str) -> None:
+        """Read a run, once."""
+        from lce_analysis.experiment import read_run
+
+        entry = self.entries[name]
+        if entry.run is not None or entry.error:
+            return
+        self.busy = f"reading {name}"
+        try:
+            self.entries[name] = Entry(entry.path, await asyncio.to_thread(read_run, entry.path))
+        except LceError as error:
+            self.entries[name] = Entry(entry.path, error=str(error).replace(f"{self.folder}/", ""))
+        self.busy = ""
+        self.version += 1
+
+    async def set_role(self, name: str, role: Role) -> None:
+        """A run to learn from, to hold out, or to leave aside."""
+        self._change(self.session.with_role(name, role))
+        if role != "off":
+            await self.read(name)
+
+    def runs(self, role: Role) -> dict[str, Run]:
+        """The readable runs of a role."""
+        names = (name for name in self.session.names(role) if name in self.entries)
+        return {name: run for name in names if (run := self.entries[name].run) is not None}
+
+    def paths(self, role: Role) -> list[Path]:
+        """Files of the readable runs of a role."""
+        return [self.entries[name].path for name in self.runs(role)]
+
+    # Models
+
+    def model(self, number: int | None = None) -> Model | None:
+        """A model of the history, the current one by default; None before there is one."""
+        from lce_model import load_model
+
+        number = self.session.current if number is None else number
+        if number is None:
+            return None
+        if number not in self._models:
+            self._models[number] = load_model(self.session.model_file(number))
+        return self._models[number]
+
+    def keep(self, model: Model, how: str) -> None:
+        """Append a model to the history; LceError while a job writes one."""
+        from lce_model import save_model
+
+        if self.working:
+            raise LceError("a job is under way; wait for it, or cancel it")
+        self.session.place.mkdir(exist_ok=True)
+        save_model(model, self.session.model_file(self.session.next_number()))
+        self._change(self.session.with_model(how, self.session.current))
+
+    def choose(self, number: int) -> None:
+        """Make another model of the history the current one."""
+        self._change(self.session.with_current(number))
+
+    def undo(self) -> None:
+        """Back to the model that the current one came from."""
+        self._change(self.session.undone())
+
+    def comparison(self, number: int | None = None) -> Comparison | None:
+        """A model beside all runs in use, computed once; None where there is no model or no run. Takes a while."""
+        from lce_analysis.compare import compare
+
+        number = self.session.current if number is None else number
+        runs = self.runs("train") | self.runs("test")
+        model = self.model(number)
+        if number is None or model is None or not runs:
+            return None
+        key = number, tuple(runs)
+        if key not in self._comparisons:
+            self._comparisons[key] = compare(model, list(runs.values()))
+        return self._comparisons[key]
+
+    def diagnosis(self) -> dict[str, Any] | None:
+        """What `diagnose` said of the current model, None where it was not asked."""
+        if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
+            return None
+        return dict(json.loads(file.read_text(encoding="utf-8")))
+
+    # Jobs
+
+    @property
+    def working(self) -> bool:
+        """Is a job under way?"""
+        return self.job is not None and self.job.state == "running"
+
+    def start(self, name: str, work: Work, then: Callable[[], None] = lambda: None, **arguments: Any) -> None:
+        """Begin a job; ``then`` is called when it is done. LceError where one is under way."""
+        if self.job is not None and self.working:
+            raise LceError(f"{self.job.name} is under way; one at a time")
+        self.session.place.mkdir(exist_ok=True)
+        self.job, self._then = Job(name, work, arguments), then
+        self.version += 1
+
+    def start_model(self, name: str, work: Work, how: str, parent: int | None, **arguments: Any) -> None:
+        """Begin a job that writes the next model of the history."""
+        out = self.session.model_file(self.session.next_number())
+        self.start(name, work, partial(self._joined, how, parent), out=out, **arguments)
+
+    def _joined(self, how: str, parent: int | None) -> None:
+        self._change(self.session.with_model(how, parent))
+
+    def poll(self) -> None:
+        """Take in what the job told; to be called often."""
+        job = self.job
+        if job is None or not job.poll():
+            return
+        if job.state == "done":
+            self._then()
+        if job.state != "running":
+            self.version += 1
+
+    def cancel(self) -> None:
+        """End the job without a result."""
+        if self.job is not None:
+            self.job.cancel()
+            self.version += 1
+
+    def _change(self, session: Session) -> None:
+        self.session = session
+        session.save()
+        self.version += 1

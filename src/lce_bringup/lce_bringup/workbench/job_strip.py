@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The job under way: what it does, how far it is, its error falling, and the button that ends it."""
+
+from __future__ import annotations
+
+import math
+
+from nicegui import ui
+
+from lce_bringup.workbench.bench import Workbench
+
+
+class JobStrip:
+    """A line below the head; ``follow`` brings it up to date."""
+
+    def __init__(self, bench: Workbench) -> None:
+        self._bench = bench
+        with ui.element("section").classes("job").props('aria-label="job under way"') as self._place:
+            self._told = ui.label().props("role=status").mark("job")
+            self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="progress of the job"')
+            ui.button("Cancel", on_click=bench.cancel).props("outline no-caps").mark("cancel")
+        self._failed = ui.label().classes("bad failed").props("role=alert").mark("job failed")
+
+    def follow(self) -> None:
+        """Show the job as it is now."""
+        job = self._bench.job
+        self._place.visible = self._bench.working
+        self._failed.visible = job is not None and job.state in ("failed", "cancelled")
+        if job is None:
+            return
+        self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} was cancelled"
+        if not self._bench.working or not job.seen:
+            return
+        now = job.seen[-1]
+        error = f", error {now.rms:.3g} σ" if math.isfinite(now.rms) else ""
+        self._told.text = f"{job.name}: {now.label} {now.done}/{now.total}{error} · {job.seconds:.0f} s"
+        self._bar.value = now.done / now.total if now.total else 0.0

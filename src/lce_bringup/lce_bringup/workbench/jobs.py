@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Long work in a process of its own: the page stays live, the work can be stopped, and a crash of it is only told."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from typing import Any, Final, Literal, Protocol
+
+from lce_bringup.processes import end_with_parent
+from lce_model.errors import LceError
+
+State = Literal["running", "done", "failed", "cancelled"]
+PERIOD_S: Final = 0.1
+"""A job tells of its progress so often."""
+_FORK: Final = multiprocessing.get_context("forkserver")
+
+
+class Work(Protocol):
+    """What a job calls: keyword arguments, one of them what its progress is told to."""
+
+    def __call__(self, *, progress: Callable[[str, int, int, float], None], **arguments: Any) -> None:
+        """Work; what it finds is written to files."""
+
+
+def warm_up() -> None:
+    """Start the process from which jobs are forked, with the libraries that they need."""
+    _FORK.set_forkserver_preload(["lce_bringup.workbench.work"])
+    from multiprocessing.forkserver import ensure_running
+
+    ensure_running()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a job is: seconds since its start, what it does, steps done and at most, RMS error in units of noise."""
+
+    seconds: float
+    label: str
+    done: int
+    total: int
+    rms: float
+
+
+@dataclass
+class Job:
+    """Work under way. ``poll`` often; ``seen`` is what it told, ``error`` the one line of what went wrong."""
+
+    name: str
+    work: Work
+    arguments: dict[str, Any]
+    state: State = "running"
+    error: str = ""
+    seen: list[Progress] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._receive, send = _FORK.Pipe(duplex=False)
+        self._began = time.monotonic()
+        self._process = _FORK.Process(target=_run, args=(send, self.work, self.arguments), daemon=True)
+        self._process.start()
+        send.close()
+
+    def poll(self) -> bool:
+        """Take in what it told; True where something is new."""
+        new = False
+        while self.state == "running" and self._receive.poll():
+            try:
+                message = self._receive.recv()
+            except EOFError:
+                self._process.join()
+                self._end("failed", f"{self.name}: its process ended without an answer ({self._process.exitcode})")
+                return True
+            new = True
+            match message:
+                case (label, done, total, rms):
+                    self.seen.append(Progress(self.seconds, label, done, total, rms))
+                case str(error):
+                    self._end("failed" if error else "done", error)
+                case None:
+                    self._end("cancelled", "")
+        return new
+
+    @property
+    def seconds(self) -> float:
+        """Since its start."""
+        return time.monotonic() - self._began
+
+    def interrupt(self) -> None:
+        """Ask it to end, as Ctrl-C does: what it controls is put in order."""
+        if self.state == "running" and self._process.pid is not None:
+            os.kill(self._process.pid, signal.SIGINT)
+
+    def cancel(self) -> None:
+        """End it now; it leaves no file, as files are written whole and last."""
+        if self.state == "running":
+            self._process.kill()
+            self._process.join()
+            self._end("cancelled", "")
+
+    def _end(self, state: State, error: str) -> None:
+        self.state, self.error = state, error
+        self._receive.close()
+
+
+def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
+    """In the process of the job."""
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    told = -1.0
+
+    def progress(label: str, done: int, total: int, rms: float) -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told >= PERIOD_S:
+            told = now
+            send.send((label, done, total, rms))
+
+    send.send(("starting", 0, 1, float("nan")))
+    try:
+        work(progress=progress, **arguments)
+        send.send("")
+    except LceError as error:
+        send.send(" ".join(str(error).split()))
+    except KeyboardInterrupt:
+        send.send(None)

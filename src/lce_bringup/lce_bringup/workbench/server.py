@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The server of the page."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any, Final
+
+from fastapi import Response
+from nicegui import app, background_tasks, ui
+
+from lce_bringup.workbench import figures, jobs
+from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.guard import Guard
+from lce_bringup.workbench.page import page
+from lce_bringup.workbench.session import Role
+
+TEND_S: Final = 0.05
+
+
+def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
+    """Routes, page and background work; then ``serve``, or a test's user."""
+    figures.serve_scripts()
+
+    @app.get("/figures/{key}")
+    def fetched(key: str) -> Response:
+        block = figures.packed(key)
+        if block is None:
+            return Response("The figures are gone: reload the page.", status_code=404)
+        return Response(block, media_type="application/octet-stream", headers={"cache-control": "no-store"})
+
+    @ui.page("/")
+    def show(tab: str = "Runs") -> None:
+        page(bench, tab)
+
+    async def tend() -> None:
+        while True:
+            bench.poll()
+            await asyncio.sleep(TEND_S)
+
+    app.on_startup(jobs.warm_up)
+    app.on_startup(lambda: _background(lambda: bench.open(chosen)))
+    app.on_startup(lambda: _background(tend))
+    app.on_shutdown(bench.cancel)
+
+
+def _background(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    background_tasks.create(work(), name="workbench")
+
+
+def serve(host: str, port: int, token: str) -> None:
+    """Serve until Ctrl-C."""
+    app.add_middleware(Guard, token=token)
+    ui.run(
+        host=host,
+        port=port,
+        title="LCE workbench",
+        favicon="🔬",
+        language="en-US",
+        dark=None,
+        show=False,
+        reload=False,
+        tailwind=False,
+        show_welcome_message=False,
+    )

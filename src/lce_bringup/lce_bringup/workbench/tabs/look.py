@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the model fails: the shares of the error, and a run beside the model; a share clicked lights its samples up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from lce_analysis.regimes import BRANCHES, spans
+from lce_analysis.report import Block
+from lce_analysis.report.comparison import misfit, where
+from lce_analysis.report.run import run_section
+from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.figures import Figures
+
+if TYPE_CHECKING:
+    from lce_analysis.compare import Comparison, Quantity
+
+Spans = dict[str, list[tuple[float, float]]]
+
+
+def look(bench: Workbench) -> None:
+    """The answer, the table of shares, and the figures of the run chosen."""
+    names = list(bench.runs("train") | bench.runs("test"))
+    if bench.session.current is None or not names:
+        ui.label("A model and a run are needed. Fit a model on the tab Add, and choose runs on the tab Runs.")
+        return
+
+    def light(pick: str, row: int, column: int) -> None:
+        comparison = bench.comparison()
+        if comparison is not None:
+            figures.light(lit(comparison, pick, row, column))
+
+    Figures(partial(shares, bench), light).mark("shares")
+    chosen = ui.select(names, value=names[0], label="Run").classes("chosen").mark("chosen run")
+    figures = Figures(lambda: run_figures(bench, str(chosen.value)))
+    figures.mark("run figures")
+    chosen.on_value_change(figures.reload)
+
+
+def shares(bench: Workbench) -> Sequence[Block]:
+    """The answer in words, the misfit, and where the error sits."""
+    comparison = bench.comparison()
+    if comparison is None:
+        return []
+    return [*comparison.sentences, *(where(q, s) for q, s in comparison.shares.items()), misfit(comparison)]
+
+
+def run_figures(bench: Workbench, name: str) -> Sequence[Block]:
+    """A run beside the model, as in the report."""
+    comparison, run = bench.comparison(), bench.entries[name].run
+    if comparison is None:
+        return []
+    return next(run_section(found).blocks for found in comparison.runs if found.run is run)
+
+
+def lit(comparison: Comparison, pick: str, row: int, column: int) -> Spans:
+    """The samples of a cell of a table of shares, as stretches of the time of each run."""
+    found: Spans = {run.run.name: [] for run in comparison.runs}
+    if not pick:
+        return found
+    name, by = pick.split()
+    quantity: Quantity = "temperature" if name == "temperature" else "displacement"
+    shares = comparison.shares[quantity]
+    for run in comparison.runs:
+        if (stage := run.stage(quantity)) is None:
+            continue
+        if by == "regime":
+            branch, held = BRANCHES[row // 2], bool(row % 2)
+            (share,) = [s for s in shares.regimes if (s.branch, s.held) == (branch, held)][column : column + 1]
+            here = share.among(stage.regime)
+        else:
+            cycles = sorted({n for by_cycle in shares.cycles.values() for n in by_cycle})
+            here = (stage.regime.cycle == cycles[column]) & (run.run.name == list(shares.cycles)[row])
+        found[run.run.name] = spans(stage.time_s, here)
+    return found

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What jobs do, each the same library calls as the command of its name; results are files, written whole and last."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import lce_analysis.design
+import lce_analysis.diagnose
+import lce_analysis.fit
+from lce_analysis.compare import compare
+from lce_analysis.diagnose.page import addition_page, page
+from lce_analysis.experiment import read_runs
+from lce_model import KELVIN, default_model, load_model, save_model
+from lce_model.model_file import write_atomically
+
+Progress = Callable[[str, int, int, float], None]
+
+
+def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, progress: Progress) -> None:
+    """`lce fit`."""
+    save_model(lce_analysis.fit.fit(default_model(thermal, deformation), read_runs(runs), "model", progress).model, out)
+
+
+def diagnose(runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
+    """`lce diagnose`: the contract's JSON, with the sentences, and the values at which each effect was judged."""
+    train, held_out = read_runs(runs), read_runs(test)
+    found = lce_analysis.diagnose.diagnose(load_model(model), train, held_out, progress=progress)
+    record = found.as_json()
+    record["sentences"] = list(found.sentences)
+    for candidate, score in zip(record["candidates"], found.scores, strict=True):
+        spec = score.effect.parameter(score.effect.strength)
+        strength = min(max(score.expected_strength, spec.lower), spec.upper)
+        candidate["settings"] = {**score.direction.settings, score.effect.strength_key: strength}
+        candidate["shown"] = score.shown
+    write_atomically(out.with_suffix(".html"), page(found, train, held_out))
+    write_atomically(out, json.dumps(record, indent=1) + "\n")
+
+
+def add(effect: str, runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
+    """`lce add`."""
+    train, held_out = read_runs(runs), read_runs(test)
+    addition = lce_analysis.diagnose.add(load_model(model), effect, train, held_out, progress)
+    every = [*train, *held_out]
+    before, after = compare(addition.before, every), compare(addition.model, every)
+    report = addition_page(addition, before, after, {run.name for run in held_out})
+    write_atomically(out.with_suffix(".html"), report)
+    save_model(addition.model, out)
+
+
+def design(
+    model: Path,
+    between: tuple[str, str],
+    power_w: float,
+    temperature_c: float,
+    duration_s: float,
+    out: Path,
+    *,
+    progress: Progress,
+) -> None:
+    """`lce design`: the waveform, and beside it what it is worth."""
+    limits = lce_analysis.design.Limits(power_w, temperature_c + KELVIN, duration_s)
+    found = lce_analysis.design.design(load_model(model), between, limits, progress)
+    rows = [f"{t:.2f},{p:.6g}" for t, p in zip(found.time_s, found.power_w, strict=True)]
+    about = {"between": between, "protocol": found.protocol, "separation": found.separation}
+    about |= {"hottest_c": found.hottest_k - KELVIN}
+    write_atomically(out.with_suffix(".json"), json.dumps(about) + "\n")
+    write_atomically(out, "\n".join(["time_s,power_w", *rows]) + "\n")

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `lce workbench` as a user meets it, without a browser."""
+
+import asyncio
+import json
+import struct
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from nicegui.testing import User, user_simulation
+
+from lce_bringup.workbench import figures, session
+from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.guard import Guard
+from lce_bringup.workbench.page import page
+from lce_bringup.workbench.tabs.look import lit, run_figures, shares
+from lce_model import KELVIN, LceError, default_model, simulate
+
+STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
+Story = Callable[[User, Workbench], Awaitable[None]]
+
+
+def record(path: Path, power: np.ndarray, seed: int) -> None:
+    """A CSV of a strip that creeps: camera at 10 Hz, distance at 100 Hz."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(power.size) / 100.0
+    made = simulate(STRIP, time, power)
+    temperature = made.measured_temperature_k - KELVIN + 0.06 * rng.standard_normal(time.size)
+    displacement = made.measured_displacement_m + 4e-6 * rng.standard_normal(time.size)
+    rows = [
+        f"{t:.2f},{p:.3f},{f'{k:.3f}' if i % 10 == 0 else ''},{d:.8f}"
+        for i, (t, p, k, d) in enumerate(zip(time, power, temperature, displacement, strict=True))
+    ]
+    path.write_text("\n".join(["time_s,power_w,temperature_c,displacement_m", *rows]) + "\n")
+
+
+@pytest.fixture(scope="session")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two runs, a third in a folder below, and a file that is none."""
+    folder = tmp_path_factory.mktemp("campaign")
+    (folder / "later").mkdir()
+    time = np.arange(0.0, 40.0, 0.01)
+    record(folder / "pulse.csv", np.where((time > 1.0) & (time < 16.0), 2.3, 0.0), 1)
+    record(folder / "stairs.csv", np.select([time < 10.0, time < 18.0, time < 26.0], [1.0, 2.2, 1.2], 0.0), 2)
+    record(folder / "later" / "other.csv", np.select([time < 7.0, time < 14.0, time < 24.0], [2.4, 0.5, 2.0], 0.0), 3)
+    (folder / "junk.csv").write_text("time_s,volts\n0,1\n")
+    return folder
+
+
+@pytest.fixture
+def folder(campaign: Path, tmp_path: Path) -> Path:
+    """A copy of the campaign."""
+    for file in campaign.rglob("*.csv"):
+        copy = tmp_path / file.relative_to(campaign)
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_bytes(file.read_bytes())
+    return tmp_path
+
+
+def told(folder: Path, story: Story, tab: str = "Runs") -> None:
+    """A story on the page of a folder, whose runs are read."""
+
+    @asynccontextmanager
+    async def opened() -> AsyncIterator[tuple[User, Workbench]]:
+        bench = Workbench(folder)
+        async with user_simulation(lambda: page(bench, tab)) as user:
+            await bench.open()
+            await user.open("/")
+            yield user, bench
+
+    async def run() -> None:
+        async with opened() as (user, bench):
+            await story(user, bench)
+
+    asyncio.run(run())
+
+
+def with_model(folder: Path) -> Workbench:
+    """The runs read, one held out, and a model of them that does not creep."""
+    bench = Workbench(folder)
+    bench.keep(STRIP.without("creep"), "by hand")
+    asyncio.run(bench.open({"later/other.csv": "test"}))
+    return bench
+
+
+def test_runs_are_listed_and_what_is_none_says_why(folder: Path) -> None:
+    async def story(user: User, bench: Workbench) -> None:
+        for name in ("pulse.csv", "stairs.csv", "later/other.csv"):
+            await user.should_see(name)
+        await user.should_see("cannot be used: junk.csv: header 'time_s,volts'; expected time_s and of")
+        assert set(bench.runs("train")) == {"pulse.csv", "stairs.csv", "later/other.csv"}
+
+    told(folder, story)
+
+
+def test_the_use_of_a_run_is_remembered_beside_the_runs(folder: Path) -> None:
+    bench = with_model(folder)
+    again = Workbench(folder)
+    assert again.session.roles["later/other.csv"] == "test"
+    assert again.session.current == 1 and again.session.models == bench.session.models
+    assert again.model() == bench.model()
+
+
+def test_a_session_file_that_is_none_is_told_and_left_alone(folder: Path) -> None:
+    file = folder / "workbench" / "session.yaml"
+    file.parent.mkdir()
+    file.write_text("format: something else\n")
+    with pytest.raises(LceError, match=r"session\.yaml: no session of the workbench"):
+        Workbench(folder)
+    assert file.read_text() == "format: something else\n"
+
+
+def test_nothing_outside_of_the_folder_is_found(folder: Path) -> None:
+    inside = folder / "later"
+    (inside / "out.csv").symlink_to(folder / "pulse.csv")
+    (inside / "up").symlink_to(folder)
+    assert set(session.find_runs(inside)) == {"other.csv"}
+
+
+def test_undo_goes_back_to_where_a_model_came_from(folder: Path) -> None:
+    bench = with_model(folder)
+    bench.keep(STRIP, "creep added")
+    assert bench.session.current == 2
+    bench.undo()
+    assert bench.session.current == 1
+    bench.keep(STRIP, "something else")
+    assert (bench.session.current, bench.session.kept(3).parent) == (3, 1)
+    bench.undo()
+    with pytest.raises(LceError, match="nothing to undo"):
+        bench.undo()
+    assert [kept.number for kept in bench.session.models] == [1, 2, 3]
+
+
+def test_the_look_is_what_the_report_draws_with_every_sample(folder: Path) -> None:
+    bench = with_model(folder)
+    drawn = "".join(str(block) for block in shares(bench))
+    assert "of the squared error of d" in drawn
+    key = "test"
+    figures._shown[key] = lambda: run_figures(bench, "pulse.csv")
+    block = figures.packed(key)
+    del figures._shown[key]
+    assert block is not None
+    (length,) = struct.unpack("<I", block[:4])
+    page = json.loads(block[4 : 4 + length])
+    titles = [figure["title"] for figure in page["figures"]]
+    assert "hysteresis loop: d over T" in titles and "laser power P" in titles
+    run = bench.entries["pulse.csv"].run
+    assert run is not None and run.displacement is not None
+    displacement = page["figures"][titles.index("displacement\u00a0d")]
+    begin, n = displacement["curves"][0]["y"]
+    numbers = np.frombuffer(block[4 + length :], "<f4")
+    assert numbers[begin : begin + n] == pytest.approx(1e3 * run.displacement.value, rel=1e-6)
+
+
+def test_a_cell_of_the_shares_lights_its_samples_up(folder: Path) -> None:
+    comparison = with_model(folder).comparison()
+    assert comparison is not None
+    quarters = comparison.shares["displacement"].regimes
+    ramp = [share for share in quarters if share.branch == "cooling" and not share.held]
+    found = lit(comparison, "displacement regime", 2, 1)
+    seconds = sum(to - since for spans in found.values() for since, to in spans)
+    total = sum(run.run.displacement.time_s[-1] for run in comparison.runs if run.run.displacement is not None)
+    assert seconds / total == pytest.approx(ramp[1].sample_share, abs=0.01)
+    assert set(lit(comparison, "displacement cycle", 0, 0)) == {"pulse", "stairs", "other"}
+    assert not any(lit(comparison, "", 0, 0).values())
+
+
+def test_look_without_a_model_says_what_to_do(folder: Path) -> None:
+    async def story(user: User, bench: Workbench) -> None:
+        await user.should_see("A model and a run are needed")
+        bench.keep(STRIP, "by hand")
+        await user.should_see(marker="shares")
+
+    told(folder, story, "Look")
+
+
+@pytest.mark.parametrize(
+    ("token", "headers", "query", "status"),
+    [
+        ("", {"host": "127.0.0.1:8080"}, "", 200),
+        ("", {"host": "[::1]:8080"}, "", 200),
+        ("", {"host": "rebound.example:8080"}, "", 403),
+        ("", {"host": "localhost:8080", "origin": "http://localhost:8080"}, "", 200),
+        ("", {"host": "localhost:8080", "origin": "http://other.example"}, "", 403),
+        ("", {"host": "localhost:8080", "origin": "null"}, "", 403),
+        ("secret", {"host": "bench.lab:8080"}, "", 403),
+        ("secret", {"host": "localhost:8080"}, "", 403),
+        ("secret", {"host": "bench.lab:8080"}, "token=guess", 403),
+        ("secret", {"host": "bench.lab:8080"}, "token=secret", 200),
+        ("secret", {"host": "bench.lab:8080", "cookie": "lce_workbench=secret"}, "", 200),
+        ("secret", {"host": "bench.lab:8080", "cookie": "lce_workbench=other"}, "", 403),
+    ],
+)
+def test_who_is_answered(token: str, headers: dict[str, str], query: str, status: int) -> None:
+    sent: list[dict[str, Any]] = []
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    async def receive() -> dict[str, Any]:
+        return {}
+
+    async def send(message: dict[str, Any]) -> None:
+        sent.append(message)
+
+    coded = [(key.encode(), value.encode()) for key, value in headers.items()]
+    for kind in ("http", "websocket"):
+        sent.clear()
+        scope = {"type": kind, "headers": coded, "query_string": query.encode()}
+        asyncio.run(Guard(app, token)(scope, receive, send))
+        refused = sent[0]["type"] == "websocket.close" or sent[0]["status"] == 403
+        assert refused == (status == 403)
+        told = dict(sent[0].get("headers", []))
+        assert (b"set-cookie" in told) == ("token=secret" in query)
+        assert refused or b"default-src 'self'" in told[b"content-security-policy"]
