@@ -72,7 +72,7 @@ def run(
     distance_noise = sensors.distance_noise_m * random.standard_normal(size)
     camera_noise = sensors.camera_noise_k * random.standard_normal(-(-size // shot))
     events = {round(t_s / PERIOD_S): model for t_s, model in changes}
-    time, power, temperature, displacement = np.arange(size) * PERIOD_S, *np.empty((3, size))
+    time, power, temperature, displacement = np.arange(size, dtype=np.float64) * PERIOD_S, *np.empty((3, size))
     shots = [Sample(strip.measured_temperature_k, 0.0)]
     seen = shots[0]
     for k, t_s in enumerate(time.tolist()):

@@ -14,9 +14,14 @@ from lce_model.effects import find
 from lce_model.errors import LceError
 from lce_model.surroundings import AMBIENT
 from lce_model.terms import STAGES, Term, reads
+from lce_model.thermal.hammerstein_wiener import HAMMERSTEIN_WIENER
 from lce_model.thermal.lumped import LUMPED
 
-THERMAL: Final[dict[str, tuple[Term, ...]]] = {"none": (), "lumped": (AMBIENT, LUMPED)}
+THERMAL: Final[dict[str, tuple[Term, ...]]] = {
+    "none": (),
+    "lumped": (AMBIENT, LUMPED),
+    "hammerstein_wiener": (AMBIENT, HAMMERSTEIN_WIENER),
+}
 """P→T models. ``none``: the temperature is given (a bare T–d loop)."""
 
 DEFORMATION: Final[dict[str, tuple[Term, ...]]] = {

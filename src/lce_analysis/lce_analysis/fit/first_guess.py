@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lce_analysis.fit.problem import Problem
 from lce_analysis.predict import TEMPERATURE, RunInput, Sampling
 from lce_model import Model
+from lce_model.thermal.hammerstein_wiener import PIECES
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +38,23 @@ def with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) -> 
     return model.set(
         {k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in guess.items() if not spec[k].fixed}
     )
+
+
+def with_curves_guess(model: Model, lumped: Model, inputs: Sequence[RunInput]) -> Model:
+    """A Hammerstein–Wiener model that is the lumped one: straight curves, one pole, the fast ones and the zero aside.
+
+    The break points are laid over the powers that the runs have.
+    """
+    top = max(float(prepared.power_w.max()) for prepared in inputs)
+    tau, gain = lumped["lumped.tau"], lumped["lumped.gain"]
+    guess = {"tau_1": tau, "tau_2": 0.05 * tau, "tau_3": 0.01 * tau, "tau_z": 0.04 * tau, "p_max": top, "w_max": top}
+    for i in range(1, PIECES + 1):
+        guess |= {f"phi_{i}": 1.0, f"psi_{i}": gain}
+    changes = {f"hammerstein_wiener.{name}": x for name, x in guess.items()}
+    if not model.values[model.index("ambient.t_env")].fixed:
+        changes["ambient.t_env"] = lumped["ambient.t_env"]
+    spec = {v.key: v for v in model.values}
+    return model.set({k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in changes.items()})
 
 
 def thinned(prepared: RunInput) -> RunInput:

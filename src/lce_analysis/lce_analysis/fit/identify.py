@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Identification of a model from runs: stage by stage, then all together.
 
-1. The thermal stage, by Levenberg–Marquardt on the temperatures.
+1. The thermal stage, by Levenberg–Marquardt on the temperatures; a Hammerstein–Wiener one from the lumped one.
 2. The deformation stage on the displacements, driven by the thermal state of 1 (or the measured temperature,
    smoothed): Levenberg–Marquardt from several starts for the equilibrium model (§4.5), the two-step strategy for the
    dynamic one (§5.3): differential evolution on one run, then Levenberg–Marquardt on all.
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.experiment import Run
-from lce_analysis.fit.first_guess import search_box, thinned, with_thermal_guess
+from lce_analysis.fit.first_guess import search_box, thinned, with_curves_guess, with_thermal_guess
 from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
 from lce_analysis.fit.result import FitResult, concluded
@@ -29,7 +29,7 @@ from lce_analysis.predict import (
     measured_drive,
     prepare,
 )
-from lce_model import LceError, Model
+from lce_model import LceError, Model, default_model
 
 Floats = NDArray[np.float64]
 
@@ -159,15 +159,14 @@ class _Search:
         self.model, self.starts = there.model, there.starts_k
 
     def thermal(self) -> Problem | None:
-        """Step 1; the best of several time constants to start from."""
+        """Step 1; the best of several starts."""
         sigma = self._sigma(CAMERA)
         free = self._free(heat=True, deformation=False)
         blocks = blocks_of(self.inputs, sigma, None)
         if self.model.thermal == "none" or not blocks or not free:
             return None
         best: tuple[Problem, Optimum] | None = None
-        for tau in (5.0, 20.0, 80.0, 320.0) if "lumped.tau" in self.model else (None,):
-            guess = self.model if tau is None else with_thermal_guess(self.model, self.inputs, tau)
+        for guess in self._thermal_guesses():
             problem = Problem(guess, self.inputs, free, self.starts, blocks, with_thermal_state(self.inputs))
             optimum = self._polish(problem, "temperature")
             if best is None or optimum.rms < best[1].rms:
@@ -177,6 +176,16 @@ class _Search:
         assert best is not None
         self._adopt(best[0], best[1].variables)
         return best[0]
+
+    def _thermal_guesses(self) -> Iterator[Model]:
+        """Several time constants of a lumped model; a Hammerstein–Wiener model begins as the lumped one that fits."""
+        if self.model.thermal == "lumped":
+            yield from (with_thermal_guess(self.model, self.inputs, tau) for tau in (5.0, 20.0, 80.0, 320.0))
+        else:
+            lumped = _Search(default_model("lumped", "none"), self.inputs, self.drive, self.progress, self.seed)
+            lumped.thermal()
+            self.interrupted |= lumped.interrupted
+            yield with_curves_guess(self.model, lumped.model, self.inputs)
 
     def driven_inputs(self) -> list[RunInput]:
         """The runs with a displacement, driven by their temperature."""

@@ -20,7 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce fit`."""
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a bag folder or a CSV")
     parser.add_argument("--out", type=Path, required=True, metavar="M.yaml", help="model file to write")
-    parser.add_argument("--thermal", default="lumped", metavar="T", help="P→T model: lumped (default), none")
+    parser.add_argument(
+        "--thermal", default="lumped", metavar="T", help="P→T model: lumped (default), hammerstein_wiener, none"
+    )
     parser.add_argument(
         "--deformation",
         default="equilibrium",
