@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller nodes on the simulated strip, in lockstep: the double loop and the single one."""
+"""The controller nodes on the simulated strip, in lockstep: the double loop, the single one, the model-based one."""
 
 import math
 import re
@@ -35,6 +35,7 @@ class Bench:
         given: dict[str, dict[str, Any]] = {
             "simulator": {"model_file": str(folder / "strip.yaml")},
             "feedforward": {"model_file": str(folder / "strip.yaml"), "branch": "actual"},
+            "model_controller": {"model_file": str(folder / "strip.yaml")},
         }
         for name, content in yaml.safe_load(graph.config_file("control.yaml").read_text()).items():
             given.setdefault(name.removeprefix("/**/"), {}).update(content["ros__parameters"])
@@ -116,7 +117,7 @@ def test_setpoint_and_command_come_in_100_hz_and_in_the_tick_of_the_sensor(bench
 def test_a_target_out_of_reach_is_refused_with_the_range_and_the_last_one_stays(
     bench: Graph, tmp_path: Path, mode: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    node = "single_controller" if mode == "single" else "outer_controller"
+    [node] = [spec.name for spec in graph.CONTROLLERS[mode] if spec in graph.FOLLOWERS]
     with control(bench, mode, tmp_path) as b:
         b.follow(9.0e-3, 2.0)
         assert set(b.heard["laser/power"].data) == {0.0}
@@ -132,9 +133,10 @@ def test_a_target_out_of_reach_is_refused_with_the_range_and_the_last_one_stays(
     assert "target refused: 9.000 mm is out of reach" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("mode", ["double", "model"])
 @pytest.mark.parametrize("silent", ["distance_sensor", "thermal_camera"])
-def test_without_a_fresh_measurement_zero_is_commanded(bench: Graph, tmp_path: Path, silent: str) -> None:
-    with control(bench, "double", tmp_path) as b:
+def test_without_a_fresh_measurement_zero_is_commanded(bench: Graph, tmp_path: Path, silent: str, mode: str) -> None:
+    with control(bench, mode, tmp_path) as b:
         b.follow(TARGET_M, 3.0)
         assert b.heard["laser/power_command"].data[-1] > 0.0
         b.nodes[silent].set_parameters([Parameter("latency_s", value=1.0)])
@@ -171,3 +173,20 @@ def test_the_actual_branch_is_that_of_the_way_the_strip_has_come(bench: Graph, t
             told = [s for m in b.told.messages for s in m.status if s.name == "/lce/outer_controller"][-1]
             asked.append(float(next(v.value for v in told.values if v.key == "feedforward_c")))
     assert asked[2] < asked[0] - 2.0 < asked[1]
+
+
+def test_by_the_model_targets_are_met_from_either_side_within_one_percent(bench: Graph, tmp_path: Path) -> None:
+    with control(bench, "model", tmp_path) as b:
+        for target_m in (2.0e-3, 1.2e-3, 1.6e-3):
+            d = b.follow(target_m, 30.0)
+            assert np.abs(d[-500:] / target_m - 1.0).max() < 0.01
+            beyond = (d - target_m) * np.sign(target_m - d[0])
+            assert beyond.max() < 0.01 * target_m
+
+
+def test_by_the_model_a_stream_of_targets_is_a_trajectory(bench: Graph, tmp_path: Path) -> None:
+    with control(bench, "model", tmp_path) as b:
+        b.follow(1.0e-3, 10.0)
+        ramp_m = np.linspace(1.0e-3, 2.0e-3, 1000)
+        error_m = np.array([b.follow(float(target_m), 0.01)[-1] for target_m in ramp_m]) - ramp_m
+    assert np.abs(error_m[200:]).max() < 20e-6, "100 µm/s: the target of 0.2 s before would be 20 µm off"

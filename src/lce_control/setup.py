@@ -23,6 +23,7 @@ setup(
             "feedforward = lce_control.feedforward_node:main",
             "inner_controller = lce_control.inner_controller_node:main",
             "outer_controller = lce_control.outer_controller_node:main",
+            "model_controller = lce_control.model_controller_node:main",
             "single_controller = lce_control.single_controller_node:main",
         ],
     },

@@ -20,7 +20,7 @@ def generate_launch_description() -> LaunchDescription:
     own = PathJoinSubstitution([share, "config", "control.yaml"])
     files = [ParameterFile(own), ParameterFile(gains)]
     model = {"model_file": ParameterValue(LaunchConfiguration("model"), value_type=str)}
-    double, single = (IfCondition(EqualsSubstitution(mode, name)) for name in ("double", "single"))
+    double, single, by_model = (IfCondition(EqualsSubstitution(mode, name)) for name in ("double", "single", "model"))
     end = Shutdown(reason="a controller has ended")
     return LaunchDescription(
         [
@@ -29,7 +29,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "model", default_value="", description="model file of controller and simulated strip"
             ),
-            DeclareLaunchArgument("mode", default_value="double", choices=["double", "single"]),
+            DeclareLaunchArgument("mode", default_value="double", choices=["double", "single", "model"]),
             DeclareLaunchArgument("gains", default_value=own, description="parameter file over control.yaml"),
             IncludeLaunchDescription(PathJoinSubstitution([share, "launch", "bench.launch.py"])),
             Node(
@@ -61,6 +61,14 @@ def generate_launch_description() -> LaunchDescription:
                 namespace=namespace,
                 parameters=files,
                 condition=single,
+                on_exit=end,
+            ),
+            Node(
+                package="lce_control",
+                executable="model_controller",
+                namespace=namespace,
+                parameters=[*files, model],
+                condition=by_model,
                 on_exit=end,
             ),
         ]

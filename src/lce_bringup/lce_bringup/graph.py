@@ -42,11 +42,12 @@ FEEDFORWARD = NodeSpec("feedforward", "lce_control.feedforward_node", "Feedforwa
 OUTER = NodeSpec("outer_controller", "lce_control.outer_controller_node", "OuterController")
 INNER = NodeSpec("inner_controller", "lce_control.inner_controller_node", "InnerController")
 SINGLE = NodeSpec("single_controller", "lce_control.single_controller_node", "SingleController")
-CONTROLLERS = {"double": (FEEDFORWARD, OUTER, INNER), "single": (FEEDFORWARD, SINGLE)}
+MODEL = NodeSpec("model_controller", "lce_control.model_controller_node", "ModelController")
+CONTROLLERS = {"double": (FEEDFORWARD, OUTER, INNER), "single": (FEEDFORWARD, SINGLE), "model": (MODEL,)}
 """Nodes of each mode of control."""
-FOLLOWERS = (OUTER, SINGLE)
+FOLLOWERS = (OUTER, SINGLE, MODEL)
 """Those that listen to targets."""
-MODEL_READERS = (FEEDFORWARD,)
+MODEL_READERS = (FEEDFORWARD, MODEL)
 """Those that have a model file."""
 
 

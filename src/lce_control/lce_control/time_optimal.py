@@ -15,19 +15,25 @@ LONGEST_COASTING: Final = 100
 
 
 def fastest_power_w(
-    strip: Stepper, target_m: float, period_s: float, max_power_w: float, hottest_k: float = math.inf
+    strip: Stepper,
+    target_m: float,
+    period_s: float,
+    max_power_w: float,
+    hottest_k: float = math.inf,
+    rate_m_s: float = 0.0,
 ) -> float:
     """The most power [W] that can be held for ``period_s`` [s] without an overshoot of the target [m] afterwards.
 
     The strip goes on contracting when it is dark again, and no controller can do more than switch off: what matters is
     the largest displacement of the time after, in the dark. Far below the target the answer is ``max_power_w``, above
-    it zero, between them it is found by halving. The strip is not heated beyond ``hottest_k``.
+    it zero, between them it is found by halving. The strip is not heated beyond ``hottest_k``. A target that moves at
+    ``rate_m_s`` [m/s] is met where it will be.
     """
 
     def too_much(power_w: float) -> bool:
         then = strip.copy()
         then.step(power_w, period_s)
-        return then.temperature_k > hottest_k or _coasts_beyond(then, target_m)
+        return then.temperature_k > hottest_k or _coasts_beyond(then, target_m + rate_m_s * period_s, rate_m_s)
 
     if not too_much(max_power_w):
         return max_power_w
@@ -38,14 +44,16 @@ def fastest_power_w(
     return lower
 
 
-def _coasts_beyond(strip: Stepper, target_m: float) -> bool:
+def _coasts_beyond(strip: Stepper, target_m: float, rate_m_s: float) -> bool:
     """Whether a strip that is left in the dark is, or will be, beyond the target [m]."""
+    over_m = strip.displacement_m - target_m
     for _ in range(LONGEST_COASTING):
-        before_m = strip.displacement_m
-        if before_m > target_m:
+        if over_m > 0.0:
             return True
         strip.step(0.0, COASTING_S)
-        if strip.displacement_m <= before_m:
+        target_m += rate_m_s * COASTING_S
+        before_m, over_m = over_m, strip.displacement_m - target_m
+        if over_m <= before_m:
             return False
     return False
 

@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,9 +90,9 @@ class Stepper:
         self._state = np.empty(self._kernel.state_size)
         self._kernel.begin(_start_temperature(model, initial_temperature_k), 0.0, self._parameters, self._state)
 
-    def copy(self) -> "Stepper":
+    def copy(self) -> Self:
         """The same strip at the same moment, to be stepped on its own."""
-        twin = Stepper.__new__(Stepper)
+        twin = type(self).__new__(type(self))
         twin.__dict__ |= self.__dict__ | {"_state": self._state.copy()}
         return twin
 
@@ -100,6 +101,15 @@ class Stepper:
         if not (0.0 <= power_w < math.inf and 0.0 <= dt_s < math.inf):
             raise LceError(f"cannot step by {dt_s} s at {power_w} W: both must be finite and not negative")
         self._kernel.advance(power_w, dt_s, self._parameters, self._state)
+
+    def correct(self, temperature_k: float) -> None:
+        """Go on from another temperature [K] than was computed, as an observer does that has measured it.
+
+        Of use where the thermal model has no other state, as `lumped`.
+        """
+        if not 0.0 < temperature_k < math.inf:
+            raise LceError(f"cannot go on from {temperature_k} K")
+        self._state[SIGNAL_INDEX["temperature"]] = temperature_k
 
     def become(self, model: Model) -> None:
         """Go on, from the present state, with the parameters of a model of the same terms: a disturbance."""

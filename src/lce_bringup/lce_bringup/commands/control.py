@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lce_bringup.positioning import Positioning
     from lce_model import Model
 
-MODES = ("double", "single")
+MODES = ("double", "single", "model")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
