@@ -65,7 +65,7 @@ def test_a_hidden_effect_is_named_and_the_held_out_error_comes_down_to_the_noise
 def test_what_no_effect_explains_is_called_unexplained() -> None:
     found = diagnose(BASE, *_campaign(BASE, disturbed=0.08), CANDIDATES)
     assert found.verdict == "unexplained"
-    assert "residual of the temperature" in found.fingerprint
+    assert "temperature not predicted" in found.fingerprint
 
 
 def test_the_record_has_every_key_of_the_contract() -> None:

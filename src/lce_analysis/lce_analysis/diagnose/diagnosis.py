@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.diagnose.examine import Score
 from lce_analysis.diagnose.search import ALIKE, Search, Step
-from lce_analysis.diagnose.structure import STRUCTURED, Dependence, dependences, in_words
+from lce_analysis.diagnose.structure import Dependence, dependences, in_words, unlike_noise
 from lce_analysis.experiment import Run
 from lce_analysis.fit.least_squares import Progress
 from lce_analysis.predict import CAMERA, DISTANCE, predict
@@ -31,6 +31,7 @@ class Diagnosis:
     before, model : refitted to the runs without any addition, and with what was accepted.
     steps : the additions in their order; scores : of the first examination, one per effect of the library.
     aliases : for each effect, those that look like it in these data.
+    runs : how many it was found from.
     rest : what the residual still depends on, strongest first.
     error : NRMSE {"train" | "test": {"before" | "after": {"temperature_nrmse": …, "displacement_nrmse": …}}}.
     """
@@ -45,6 +46,7 @@ class Diagnosis:
     fingerprint: str
     error: Mapping[str, Mapping[str, Errors]]
     noise_floor: Errors
+    runs: int
     seconds: float
 
     @property
@@ -112,12 +114,12 @@ def diagnose(
     search = Search(model, runs, [e for e in candidates if e.reference not in model.effects], progress)
     search.forward()
     search.backward()
-    rest = dependences(search.problem, search.settled.table[-1])
-    structured = any(d.share >= STRUCTURED for d in rest)
+    left, floor = search.settled.table[-1], search.seen.noise
+    rest = dependences(search.problem, left)
+    fingerprint = in_words(rest, unlike_noise(search.problem, left, floor))
     scores, before, after = search.first.scores, search.before, search.model()
-    floor = search.seen.noise
     return Diagnosis(
-        verdict=_verdict(structured, bool(search.steps), bool(search.doubtful)),
+        verdict=_verdict(bool(fingerprint), bool(search.steps), bool(search.doubtful)),
         before=before,
         model=after,
         steps=tuple(search.steps),
@@ -129,7 +131,7 @@ def diagnose(
             for s in scores
         },
         rest=tuple(rest),
-        fingerprint=in_words(rest),
+        fingerprint=fingerprint,
         error={
             name: {"before": errors(before, members), "after": errors(after, members)}
             for name, members in (("train", runs), ("test", test_runs))
@@ -138,6 +140,7 @@ def diagnose(
             key: floor[column].rms if column in floor else None
             for key, column in (("temperature_c", CAMERA), ("displacement_m", DISTANCE))
         },
+        runs=len(runs),
         seconds=perf_counter() - began,
     )
 
@@ -180,6 +183,8 @@ def _in_words(found: Diagnosis) -> list[str]:
             "Something may be missing, but these data cannot tell what: the effects that would help are masked by the "
             "free parameters, or fail on runs left out."
         )
+    if found.steps and found.runs == 1:
+        words.append("There is only one run, so nothing was confirmed on a run left out.")
     masked = [s.effect.name for s in found.scores if not s.shown]
     if masked and found.verdict != "unexplained":
         words.append(f"These data would not show, at any strength within its bounds: {', '.join(masked)}.")

@@ -234,7 +234,10 @@ class Search:
         self.settled = settled
 
     def _alias_set(self, best: Refit, refits: Sequence[Refit]) -> tuple[str, ...]:
-        """The effects that explain the same: refitted nearly as well, or alike in direction and never refitted."""
+        """The effects that explain the same: refitted nearly as well, or alike in direction and never refitted.
+
+        Alike in direction is not enough where the bounds of the other's strength leave it less than half of the fall.
+        """
 
         def penalised(r: Refit) -> float:
             return self._price(r.effect) - r.gain
@@ -242,9 +245,11 @@ class Search:
         close = [r.effect.name for r in refits if penalised(r) - penalised(best) < 2.0 * math.log(TELLING)]
         refitted = {r.effect.name for r in refits}
         alike = [
-            e.name
-            for e in self.remaining()
-            if e.name not in refitted and self.seen.likeness(best.score, e.name) >= ALIKE
+            s.effect.name
+            for s in self.seen.scores
+            if s.effect.name not in refitted
+            and s.evidence > 0.5 * best.score.evidence
+            and self.seen.likeness(best.score, s.effect.name) >= ALIKE
         ]
         return tuple(dict.fromkeys([best.effect.name, *close, *alike]))
 

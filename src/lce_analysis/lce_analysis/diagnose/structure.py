@@ -7,21 +7,30 @@ fitted to all runs but one must predict that one too, or it is chance. What dist
 where it differs from the modelled one, which the noise of two separate sensors cannot do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.diagnose.settled import whitened
+from lce_analysis.diagnose.whitening import Noise
+from lce_analysis.experiment import Run, Series
 from lce_analysis.fit.problem import Problem
+from lce_analysis.noise import noise_floor
 from lce_analysis.predict import CAMERA, DIRECTION, DISPLACEMENT, DISTANCE, TEMPERATURE, measured_drive
 
 Floats = NDArray[np.float64]
 
+NAMES: Final = {CAMERA: "temperature", DISTANCE: "displacement"}
 KNOTS: Final = 9
 STRUCTURED: Final = 0.15
 """Share of the residual's variance, predicted in a run that was left out, from which it is no longer noise."""
+ROUGH: Final = 10.0
+"""A rest so many times larger than the sample-to-sample noise, and a hundredth of the range, is no sensor's noise."""
+JUMPING: Final = 0.05
+"""Share of the energy of the innovations in those beyond six standard deviations, which noise all but never reaches."""
 FELT: Final = "temperature not predicted"
 """The model's displacement driven by the measured temperature, less that driven by the modelled one."""
 
@@ -164,11 +173,39 @@ def _hats(x: Floats, knots: Floats) -> Floats:
     return basis
 
 
-def in_words(found: Sequence[Dependence]) -> str:
-    """The dependences above the threshold as a sentence; empty where there is none."""
-    names = {CAMERA: "temperature", DISTANCE: "displacement"}
+def unlike_noise(problem: Problem, residual: Floats, noise: Mapping[int, Noise]) -> list[str]:
+    """What no noise of a sensor is like in a residual (N,), in words: far too large, or full of jumps."""
+    parts = np.split(residual, np.cumsum([b.measured.size for b in problem.blocks])[:-1])
+    found = []
+    for column, name in NAMES.items():
+        members = [(b, part) for b, part in zip(problem.blocks, parts, strict=True) if b.column == column]
+        if not members:
+            continue
+        series = [_series(problem.inputs[b.run].run, column) for b, _ in members]
+        rms = float(np.sqrt(np.mean(np.concatenate([part for _, part in members]) ** 2)))
+        ratio = rms / float(np.sqrt(np.mean([noise_floor(s) ** 2 for s in series])))
+        if ratio > ROUGH and rms > 0.01 * max(float(np.ptp(s.value)) for s in series):
+            found.append(f"{name} is left with {ratio:.0f} times the sample-to-sample noise of its sensor")
+        blocks = whitened([b for b, _ in members], noise)
+        white = np.concatenate([b.weighted(part) for b, (_, part) in zip(blocks, members, strict=True)])
+        spread = float(np.median(np.abs(white))) / 0.6745
+        share = float(np.sum(white[np.abs(white) > 6.0 * spread] ** 2) / max(float(np.sum(white**2)), 1e-300))
+        if share > JUMPING:
+            found.append(f"{name} jumps ({share:.0%} of what is new from sample to sample)")
+    return found
+
+
+def _series(run: Run, column: int) -> Series:
+    series = run.temperature if column == CAMERA else run.displacement
+    assert series is not None  # there is a block of it
+    return series
+
+
+def in_words(found: Sequence[Dependence], unlike: Sequence[str]) -> str:
+    """What is left as a sentence: dependences above the threshold, then all that is unlike noise; empty for neither."""
     strong = [d for d in found if d.share >= STRUCTURED]
-    if not strong:
-        return ""
-    listed = "; ".join(f"{names[d.column]} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
-    return f"no effect of the library explains what is left; in runs left out it still follows {listed}"
+    words = ["no effect of the library explains what is left"]
+    if strong:
+        listed = "; ".join(f"{NAMES[d.column]} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
+        words.append(f"in runs left out it still follows {listed}")
+    return "; ".join([*words, *unlike]) if strong or unlike else ""
