@@ -131,12 +131,16 @@ class Lockstep:
 
     def _wait_for_matches(self) -> None:
         end = time.monotonic() + _PATIENCE_S
-        for node in self._nodes:
-            for publisher in node.publishers:
-                while publisher.get_subscription_count() < len(self._readers.get(publisher.topic_name, ())):
-                    if time.monotonic() > end:
-                        raise LceError(f"subscribers of {publisher.topic_name} were not found in {_PATIENCE_S:g} s")
-                    self._executor.spin_once(timeout_sec=0.01)
+        writers = [publisher for node in self._nodes for publisher in node.publishers]
+        counts = Counter(writer.topic_name for writer in writers)
+        readers = [reader for found in self._readers.values() for reader in found]
+        # Each side finds the other by itself, and only what both have found is delivered.
+        while any(w.get_subscription_count() < len(self._readers.get(w.topic_name, ())) for w in writers) or any(
+            r.get_publisher_count() < counts[r.topic_name] for r in readers
+        ):
+            if time.monotonic() > end:
+                raise LceError(f"the nodes did not find each other in {_PATIENCE_S:g} s")
+            self._executor.spin_once(timeout_sec=0.01)
         for client, _ in self._calls:
             if not client.wait_for_service(_PATIENCE_S):
                 raise LceError(f"service {client.srv_name} was not found in {_PATIENCE_S:g} s")
