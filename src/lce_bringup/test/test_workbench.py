@@ -11,12 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from jobs_for_tests import counting, crashing, endless, refusing
 from nicegui.testing import User, user_simulation
+from run_command import until
 
 from lce_bringup.workbench import figures, session
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
+from lce_bringup.workbench.jobs import Job, warm_up
 from lce_bringup.workbench.page import page
+from lce_bringup.workbench.server import tend
 from lce_bringup.workbench.tabs.look import lit, run_figures, shares
 from lce_model import KELVIN, LceError, default_model, simulate
 
@@ -51,6 +55,12 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session", autouse=True)
+def libraries() -> None:
+    """The process that jobs are forked from, with what they import."""
+    warm_up()
+
+
 @pytest.fixture
 def folder(campaign: Path, tmp_path: Path) -> Path:
     """A copy of the campaign."""
@@ -70,7 +80,9 @@ def told(folder: Path, story: Story, tab: str = "Runs") -> None:
         async with user_simulation(lambda: page(bench, tab)) as user:
             await bench.open()
             await user.open("/")
+            tending = asyncio.create_task(tend(bench))
             yield user, bench
+            tending.cancel()
 
     async def run() -> None:
         async with opened() as (user, bench):
@@ -217,3 +229,48 @@ def test_who_is_answered(token: str, headers: dict[str, str], query: str, status
         told = dict(sent[0].get("headers", []))
         assert (b"set-cookie" in told) == ("token=secret" in query)
         assert refused or b"default-src 'self'" in told[b"content-security-policy"]
+
+
+def ended(bench: Workbench, timeout_s: float = 60.0) -> Job:
+    """The job of the workbench, when it is over."""
+    assert bench.job is not None
+    until(lambda: (bench.poll(), not bench.working)[1], bench.job.name, timeout_s)
+    return bench.job
+
+
+def test_a_job_tells_where_it_is_and_what_follows_is_done(folder: Path) -> None:
+    bench, followed = Workbench(folder), []
+    bench.start("Count", counting, lambda: followed.append(True), out=folder / "counted")
+    with pytest.raises(LceError, match="Count is under way"):
+        bench.start("Count", counting, out=folder / "again")
+    job = ended(bench)
+    assert job.state == "done" and followed == [True] and (folder / "counted").exists()
+    assert job.seen[0].label == "starting"
+    assert job.seen[0].seconds < 5.0
+
+
+def test_what_a_job_finds_wanting_is_one_line(folder: Path) -> None:
+    bench = Workbench(folder)
+    bench.start("Refuse", refusing)
+    assert (ended(bench).state, bench.job and bench.job.error) == ("failed", "no run")
+
+
+def test_a_crashed_job_costs_neither_page_nor_history(folder: Path) -> None:
+    bench = with_model(folder)
+    bench.start_model("Crash", crashing, "never", 1)
+    job = ended(bench)
+    assert job.state == "failed" and "its process ended" in job.error
+    assert [kept.number for kept in bench.session.models] == [1]
+    bench.start("Count", counting, out=folder / "counted")
+    assert ended(bench).state == "done"
+
+
+def test_a_job_is_cancelled(folder: Path) -> None:
+    async def story(user: User, bench: Workbench) -> None:
+        bench.start("Wait", endless, out=folder / "never")
+        await user.should_see("Wait: ", retries=50)
+        user.find("Cancel").click()
+        await user.should_see("Wait was cancelled")
+        assert bench.job is not None and bench.job.state == "cancelled"
+
+    told(folder, story)

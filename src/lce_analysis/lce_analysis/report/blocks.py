@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Role = Literal["measured", "model", "residual", "input", "heating", "cooling", "before", "after", "quiet"]
-Form = Literal["line", "step", "dashed", "points"]
+Form = Literal["line", "step", "dashed", "points", "marked"]
+"""marked is a line with its points."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What an axis shows, and its unit ("1" for a pure number)."""
+    """What an axis shows, and its unit ("1" for a pure number); ``whole`` where there is nothing between 1 and 2."""
 
     name: str
     unit: str
+    whole: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ const lceFigures = (array) => {
       label: named(about), size, labelSize: 17, labelGap: 0, gap: 4, font, labelFont: font,
       stroke: () => colour("quiet"), grid: rule, ticks: { ...rule, size: 5 },
       values: (u, splits) => splits.map((v) => (v == null ? "" : digits(v, 8))),
+      ...(about.whole ? { incrs: [1, 2, 5, 10, 20, 50, 100] } : {}),
     };
   };
   const axes = (figure) => [axis(figure.xAxis, 26), axis(figure.yAxis, 58)];
@@ -101,7 +102,7 @@ const lceFigures = (array) => {
       add({
         label, stroke: () => colour(role), width: weight(role),
         dash: form === "dashed" ? [6, 4] : [],
-        points: { show: form === "points", size: 4, fill: () => colour(role) },
+        points: { show: form === "points" || form === "marked", size: form === "marked" ? 8 : 4, fill: () => colour(role) },
         paths: form === "step" ? uPlot.paths.stepped({ align: 1 }) : form === "points" ? () => null : undefined,
         value: (u, v) => amount(v, figure.yAxis.unit),
       }, array(y), role);

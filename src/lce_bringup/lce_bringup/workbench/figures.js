@@ -121,7 +121,7 @@ export default {
         const more = columns[plot.figure.title];
         if (!more || !more[0].length) continue;
         const data = plot.data.map((old, i) => [...old, ...more[i]]), last = data[0].at(-1);
-        const begin = data[0].findIndex((x) => x >= last - keep);
+        const begin = keep === null ? 0 : data[0].findIndex((x) => x >= last - keep);
         plot.setData(data.map((column) => column.slice(begin)));
       }
     },

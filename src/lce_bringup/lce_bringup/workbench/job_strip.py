@@ -7,18 +7,21 @@ import math
 
 from nicegui import ui
 
+from lce_bringup.workbench import drawings
 from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.figures import Figures
 
 
 class JobStrip:
     """A line below the head; ``follow`` brings it up to date."""
 
     def __init__(self, bench: Workbench) -> None:
-        self._bench = bench
+        self._bench, self._job, self._drawn = bench, bench.job, 0
         with ui.element("section").classes("job").props('aria-label="job under way"') as self._place:
             self._told = ui.label().props("role=status").mark("job")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="progress of the job"')
             ui.button("Cancel", on_click=bench.cancel).props("outline no-caps").mark("cancel")
+            self._falling = Figures(drawings.falling).classes("falling")
         self._failed = ui.label().classes("bad failed").props("role=alert").mark("job failed")
 
     def follow(self) -> None:
@@ -31,6 +34,13 @@ class JobStrip:
         self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} was cancelled"
         if not self._bench.working or not job.seen:
             return
+        if job is not self._job:
+            self._job, self._drawn = job, 0
+            self._falling.reload()
+        new = [p for p in job.seen[self._drawn :] if math.isfinite(p.rms)]
+        self._drawn = len(job.seen)
+        if new:
+            self._falling.extend({drawings.ERROR: [[p.seconds for p in new], [p.rms for p in new]]})
         now = job.seen[-1]
         error = f", error {now.rms:.3g} σ" if math.isfinite(now.rms) else ""
         self._told.text = f"{job.name}: {now.label} {now.done}/{now.total}{error} · {job.seconds:.0f} s"

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal
 
 from lce_bringup.processes import end_with_parent
 from lce_model.errors import LceError
@@ -21,11 +21,8 @@ PERIOD_S: Final = 0.1
 _FORK: Final = multiprocessing.get_context("forkserver")
 
 
-class Work(Protocol):
-    """What a job calls: keyword arguments, one of them what its progress is told to."""
-
-    def __call__(self, *, progress: Callable[[str, int, int, float], None], **arguments: Any) -> None:
-        """Work; what it finds is written to files."""
+Work = Callable[..., None]
+"""What a job calls, with keyword arguments and ``progress(label, done, total, rms)``; what it finds goes to files."""
 
 
 def warm_up() -> None:

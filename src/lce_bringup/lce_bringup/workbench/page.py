@@ -11,11 +11,22 @@ from nicegui import ui
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import HEAD
 from lce_bringup.workbench.job_strip import JobStrip
+from lce_bringup.workbench.tabs.add import add
+from lce_bringup.workbench.tabs.apart import apart
+from lce_bringup.workbench.tabs.learn import learn
 from lce_bringup.workbench.tabs.look import look
 from lce_bringup.workbench.tabs.runs import runs
+from lce_bringup.workbench.tabs.take_away import take_away
 
 PERIOD_S: Final = 0.1
-TABS: Final[dict[str, Callable[[Workbench], None]]] = {"Runs": runs, "Look": look}
+TABS: Final[dict[str, Callable[[Workbench], None]]] = {
+    "Runs": runs,
+    "Look": look,
+    "Learn": learn,
+    "Add": add,
+    "Tell apart": apart,
+    "Take away": take_away,
+}
 THEME: Final = """<script>
 addEventListener("DOMContentLoaded", () => {
   const follow = () => {

@@ -34,15 +34,17 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
     def show(tab: str = "Runs") -> None:
         page(bench, tab)
 
-    async def tend() -> None:
-        while True:
-            bench.poll()
-            await asyncio.sleep(TEND_S)
-
     app.on_startup(jobs.warm_up)
     app.on_startup(lambda: _background(lambda: bench.open(chosen)))
-    app.on_startup(lambda: _background(tend))
+    app.on_startup(lambda: _background(lambda: tend(bench)))
     app.on_shutdown(bench.cancel)
+
+
+async def tend(bench: Workbench) -> None:
+    """Take in what jobs tell, whether a page is open or not."""
+    while True:
+        bench.poll()
+        await asyncio.sleep(TEND_S)
 
 
 def _background(work: Callable[[], Coroutine[Any, Any, None]]) -> None:

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tabs draw, as blocks of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import Any, Final
+
+import numpy as np
+
+from lce_analysis.compare import QUANTITIES
+from lce_analysis.diagnose.diagnosis import errors
+from lce_analysis.experiment import Run
+from lce_analysis.predict import Prediction, predict
+from lce_analysis.report import Axis, Bars, Block, Curve, Figure, Grid, Group, Lines, falls
+from lce_analysis.report.blocks import Role
+from lce_analysis.report.run import NAMES, POWER, RESIDUAL, TIME, VALUE
+from lce_bringup.workbench.bench import Workbench
+from lce_model import KELVIN, Model
+from lce_model.effects import library
+
+BY_HAND: Final = "by hand"
+ERROR: Final = "RMS error"
+SIDES: Final[dict[str, Role]] = {"learnt from": "model", "held out": "residual"}
+
+
+def candidates(diagnosis: Mapping[str, Any]) -> Sequence[Block]:
+    """What each effect promises, strongest first."""
+    strong = sorted(
+        (c for c in diagnosis["candidates"] if c["predicted_fall"] > 0.005), key=lambda c: -c["predicted_fall"]
+    )
+    falls_by = Group("predicted fall", "model", np.array([c["predicted_fall"] for c in strong]))
+    title = "Fall of the squared error that the score test predicts, each effect alone"
+    return [Bars(title, "1", [c["effect"] for c in strong], [falls_by], ".1%")] if strong else []
+
+
+def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]) -> Sequence[Block]:
+    """The residual of a run, and what the effect at its expected strength would change, before any refit.
+
+    The model is taken with the whole library at its null values, for which the diagnosis has compiled the code.
+    """
+    missing = [e.reference for e in library().values() if e.reference not in model.effects]
+    whole = reduce(Model.add, missing, model)
+    without, with_it = predict(whole, run), predict(whole.set(settings), run)
+    blocks: list[Block] = []
+    for quantity, measured, before, after in zip(
+        QUANTITIES, (run.temperature, run.displacement), _series(without), _series(with_it), strict=True
+    ):
+        if measured is None or before is None or after is None:
+            continue
+        axis, factor = RESIDUAL[quantity]
+        curves = (
+            Curve("measured − model", (measured.value - before) * factor, "residual"),
+            Curve(f"what {effect} would add", (after - before) * factor, "after"),
+        )
+        title = f"{axis.name} of {run.name}, and {effect}"
+        blocks.append(Lines(title, TIME, axis, measured.time_s, curves, linked=f"{effect} {run.name}"))
+    return blocks
+
+
+def _series(prediction: Prediction) -> tuple[Any, Any]:
+    return prediction.temperature_at_samples_k, prediction.displacement_at_samples_m
+
+
+def history(bench: Workbench) -> Sequence[Block]:
+    """The models tried, and their errors as curves over their numbers."""
+    sides = {"learnt from": list(bench.runs("train").values()), "held out": list(bench.runs("test").values())}
+    models = {kept.number: bench.model(kept.number) for kept in bench.session.models}
+    found = {n: {side: errors(m, runs) for side, runs in sides.items()} for n, m in models.items() if m is not None}
+    numbers = np.array([float(n) for n in found])
+    figures: list[Figure] = []
+    for quantity in QUANTITIES:
+        curves = []
+        for side, role in SIDES.items():
+            values = [found[n][side][f"{quantity}_nrmse"] for n in found]
+            if any(v is not None for v in values):
+                y = np.array([np.nan if v is None else 100.0 * v for v in values])
+                curves.append(Curve(side, y, role, "marked"))
+        if curves:
+            name = f"NRMSE of {NAMES[quantity]} by model"
+            figures.append(Lines(name, Axis("model", "1", whole=True), Axis("NRMSE", "%"), numbers, curves, height=190))
+    return [Grid(figures, (1,) * len(figures))]
+
+
+def before_and_after(bench: Workbench) -> Sequence[Block]:
+    """The current model beside the one that it came from: by regime and by run."""
+    if bench.session.current is None:
+        return []
+    parent = bench.session.kept(bench.session.current).parent
+    after, before = bench.comparison(), bench.comparison(parent) if parent is not None else None
+    if before is None or after is None:
+        return []
+    held_out = {run.name for run in bench.runs("test").values()}
+    return [f"Model {parent} (before) and model {bench.session.current} (after).", *falls(before, after, held_out)]
+
+
+def by_hand(model: Model, run: Run) -> Sequence[Block]:
+    """Measured, the model, and a curve that follows the sliders."""
+    modelled = hand_curves(model, run)
+    blocks: list[Block] = []
+    for quantity, series in zip(QUANTITIES, (run.temperature, run.displacement), strict=True):
+        axis, factor = VALUE[quantity]
+        y = modelled.get(f"{NAMES[quantity]}/{BY_HAND}")
+        if series is None or y is None:
+            continue
+        offset = KELVIN if quantity == "temperature" else 0.0
+        curves = (
+            Curve("measured", (series.value - offset) * factor, "measured"),
+            Curve("model", y, "model"),
+            Curve(BY_HAND, y, "after"),
+        )
+        blocks.append(
+            Lines(NAMES[quantity], TIME, axis, series.time_s, curves, linked=f"by hand {run.name}", height=220)
+        )
+    return blocks
+
+
+def hand_curves(model: Model, run: Run) -> dict[str, np.ndarray]:
+    """What the model says of a run, in the units of the axes: by figure and curve of ``by_hand``."""
+    found = {}
+    for quantity, values in zip(QUANTITIES, _series(predict(model, run)), strict=True):
+        if values is not None:
+            offset = KELVIN if quantity == "temperature" else 0.0
+            found[f"{NAMES[quantity]}/{BY_HAND}"] = (values - offset) * VALUE[quantity][1]
+    return found
+
+
+def falling() -> Sequence[Block]:
+    """An empty figure for the error of the job under way."""
+    none = np.empty(0)
+    return [
+        Lines(
+            ERROR,
+            Axis("time", "s"),
+            Axis(ERROR, "σ"),
+            none,
+            (Curve("RMS error in units of the noise", none, "model"),),
+            height=120,
+        )
+    ]
+
+
+def wave(name: str, time_s: np.ndarray, power_w: np.ndarray) -> Sequence[Block]:
+    """A waveform of the laser power."""
+    return [Lines(name, TIME, POWER, time_s, (Curve("P", power_w, "input", "step"),), height=160)]
