@@ -2,7 +2,7 @@
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint format tables hidden bench lock clean
+.PHONY: help setup build demo test lint format tables hidden comparison control bench lock clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
@@ -33,6 +33,9 @@ hidden: setup  ## the diagnosis on strips that hide an effect (two hours; HIDDEN
 
 comparison: setup  ## the deformation models beside each other, on seen and unseen runs
 	@$(RUN) python test/comparison.py
+
+control: setup  ## the modes of control beside each other and the bang-bang limit (20 minutes)
+	@$(RUN) python test/control_comparison.py
 
 bench: setup  ## speed, latency, jitter
 	@$(RUN) python test/benchmarks/run.py

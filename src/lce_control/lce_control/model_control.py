@@ -80,7 +80,7 @@ class ModelController:
         self._follow(target_m)
         strip = self.observer.strip.copy()
         strip.step(present_w, self.delay_s)
-        then_m = target_m + self._rate_m_s * self.delay_s
+        then_m = target_m + self._rate_m_s * (self._t_s - self._target.t_s + self.delay_s)
         self._power_w = fastest_power_w(strip, then_m, self.horizon_s, self.max_power_w, self.hottest_k, self._rate_m_s)
         return self._power_w
 
