@@ -12,16 +12,20 @@ from typing import Any
 import numpy as np
 import pytest
 from jobs_for_tests import counting, crashing, endless, refusing
+from nicegui import ui
 from nicegui.testing import User, user_simulation
 from run_command import until
 
-from lce_bringup.workbench import figures, session
+from lce_analysis.report import Grid, Lines
+from lce_analysis.report.run import NAMES, VALUE
+from lce_bringup.workbench import drawings, figures, session
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
 from lce_bringup.workbench.jobs import Job, warm_up
 from lce_bringup.workbench.page import page
 from lce_bringup.workbench.server import tend
 from lce_bringup.workbench.tabs.look import lit, run_figures, shares
+from lce_bringup.workbench.tabs.take_away import command_lines
 from lce_model import KELVIN, LceError, default_model, simulate
 
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
@@ -274,3 +278,58 @@ def test_a_job_is_cancelled(folder: Path) -> None:
         assert bench.job is not None and bench.job.state == "cancelled"
 
     told(folder, story)
+
+
+def test_from_a_misfit_to_the_effect_that_was_missing_and_back(folder: Path) -> None:
+    with_model(folder)
+
+    async def story(user: User, bench: Workbench) -> None:
+        user.find(marker="diagnose").click()
+        await user.should_see("An effect is missing", retries=600)
+        await user.should_see(content="creep is missing: with it the squared error falls by")
+        user.find(marker="add creep").click()
+        await user.should_see("model 2: creep added to model 1", retries=600)
+        model = bench.model()
+        assert model is not None and model["creep.share"] == pytest.approx(0.15, abs=0.03)
+        (sides,) = drawings.history(bench)
+        assert isinstance(sides, Grid)
+        displacement = sides.figures[1]
+        assert isinstance(displacement, Lines) and len(displacement.curves) == 2
+        assert all(curve.y[1] < 0.5 * curve.y[0] for curve in displacement.curves)
+        assert any(
+            line.startswith("lce add creep pulse.csv stairs.csv --test later/other.csv")
+            for line in command_lines(bench)
+        )
+        user.find(marker="undo").click()
+        await user.should_see("model 1: by hand")
+
+    told(folder, story, "Learn")
+
+
+def test_curves_follow_a_slider_and_what_they_show_can_be_kept(folder: Path) -> None:
+    with_model(folder)
+    model = Workbench(folder).model()
+    assert model is not None
+
+    async def story(user: User, bench: Workbench) -> None:
+        before = model["lumped.gain"]
+        (slider,) = user.find(kind=ui.slider, marker="slider lumped.gain").elements
+        slider.value = 900
+        await user.should_see(content="lumped.gain = ")
+        user.find(marker="keep").click()
+        await user.should_see("model 2: by hand")
+        moved = bench.model()
+        assert moved is not None and moved["lumped.gain"] > before
+        assert moved["lumped.tau"] == model["lumped.tau"]
+
+    told(folder, story, "Add")
+
+
+def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
+    bench = with_model(folder)
+    model, comparison = bench.model(), bench.comparison()
+    assert model is not None and comparison is not None
+    run = bench.runs("train")["pulse.csv"]
+    for stage in next(found for found in comparison.runs if found.run is run).stages:
+        curve = drawings.hand_curves(model, run)[f"{NAMES[stage.quantity]}/{drawings.BY_HAND}"]
+        assert curve == pytest.approx(stage.modelled * VALUE[stage.quantity][1])

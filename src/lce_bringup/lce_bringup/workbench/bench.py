@@ -145,12 +145,21 @@ class Workbench:
         """Is a job under way?"""
         return self.job is not None and self.job.state == "running"
 
-    def start(self, name: str, work: Work, then: Callable[[], None] = lambda: None, **arguments: Any) -> None:
+    def start(
+        self,
+        name: str,
+        work: Work,
+        then: Callable[[], None] = lambda: None,
+        *,
+        measure: str = "RMS error",
+        gentle: bool = False,
+        **arguments: Any,
+    ) -> None:
         """Begin a job; ``then`` is called when it is done. LceError where one is under way."""
         if self.job is not None and self.working:
             raise LceError(f"{self.job.name} is under way; one at a time")
         self.session.place.mkdir(exist_ok=True)
-        self.job, self._then = Job(name, work, arguments), then
+        self.job, self._then = Job(name, work, arguments, measure, gentle), then
         self.version += 1
 
     def start_model(self, name: str, work: Work, how: str, parent: int | None, **arguments: Any) -> None:
@@ -172,7 +181,7 @@ class Workbench:
             self.version += 1
 
     def cancel(self) -> None:
-        """End the job without a result."""
+        """End the job."""
         if self.job is not None:
             self.job.cancel()
             self.version += 1

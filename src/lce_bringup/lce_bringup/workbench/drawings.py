@@ -21,7 +21,6 @@ from lce_model import KELVIN, Model
 from lce_model.effects import library
 
 BY_HAND: Final = "by hand"
-ERROR: Final = "RMS error"
 SIDES: Final[dict[str, Role]] = {"learnt from": "model", "held out": "residual"}
 
 
@@ -126,19 +125,10 @@ def hand_curves(model: Model, run: Run) -> dict[str, np.ndarray]:
     return found
 
 
-def falling() -> Sequence[Block]:
-    """An empty figure for the error of the job under way."""
+def course(measure: str) -> Sequence[Block]:
+    """An empty figure for the number that the job under way tells."""
     none = np.empty(0)
-    return [
-        Lines(
-            ERROR,
-            Axis("time", "s"),
-            Axis(ERROR, "σ"),
-            none,
-            (Curve("RMS error in units of the noise", none, "model"),),
-            height=120,
-        )
-    ]
+    return [Lines(measure, TIME, Axis(measure, "σ"), none, (Curve(measure, none, "model"),), height=120)]
 
 
 def wave(name: str, time_s: np.ndarray, power_w: np.ndarray) -> Sequence[Block]:

@@ -21,7 +21,7 @@ class JobStrip:
             self._told = ui.label().props("role=status").mark("job")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="progress of the job"')
             ui.button("Cancel", on_click=bench.cancel).props("outline no-caps").mark("cancel")
-            self._falling = Figures(drawings.falling).classes("falling")
+            self._course = Figures(lambda: drawings.course(bench.job.measure if bench.job else "")).classes("course")
         self._failed = ui.label().classes("bad failed").props("role=alert").mark("job failed")
 
     def follow(self) -> None:
@@ -36,12 +36,12 @@ class JobStrip:
             return
         if job is not self._job:
             self._job, self._drawn = job, 0
-            self._falling.reload()
+            self._course.reload()
         new = [p for p in job.seen[self._drawn :] if math.isfinite(p.rms)]
         self._drawn = len(job.seen)
         if new:
-            self._falling.extend({drawings.ERROR: [[p.seconds for p in new], [p.rms for p in new]]})
+            self._course.extend({job.measure: [[p.seconds for p in new], [p.rms for p in new]]})
         now = job.seen[-1]
-        error = f", error {now.rms:.3g} σ" if math.isfinite(now.rms) else ""
-        self._told.text = f"{job.name}: {now.label} {now.done}/{now.total}{error} · {job.seconds:.0f} s"
+        number = f", {job.measure} {now.rms:.3g} σ" if math.isfinite(now.rms) else ""
+        self._told.text = f"{job.name}: {now.label} {now.done}/{now.total}{number} · {job.seconds:.0f} s"
         self._bar.value = now.done / now.total if now.total else 0.0

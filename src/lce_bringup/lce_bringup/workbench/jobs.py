@@ -46,11 +46,16 @@ class Progress:
 
 @dataclass
 class Job:
-    """Work under way. ``poll`` often; ``seen`` is what it told, ``error`` the one line of what went wrong."""
+    """Work under way. ``poll`` often; ``seen`` is what it told, ``error`` the one line of what went wrong.
+
+    measure : what the number of its progress is. gentle : it is interrupted, not killed, as it controls something.
+    """
 
     name: str
     work: Work
     arguments: dict[str, Any]
+    measure: str = "RMS error"
+    gentle: bool = False
     state: State = "running"
     error: str = ""
     seen: list[Progress] = field(default_factory=list)
@@ -87,17 +92,16 @@ class Job:
         """Since its start."""
         return time.monotonic() - self._began
 
-    def interrupt(self) -> None:
-        """Ask it to end, as Ctrl-C does: what it controls is put in order."""
-        if self.state == "running" and self._process.pid is not None:
-            os.kill(self._process.pid, signal.SIGINT)
-
     def cancel(self) -> None:
-        """End it now; it leaves no file, as files are written whole and last."""
-        if self.state == "running":
-            self._process.kill()
-            self._process.join()
-            self._end("cancelled", "")
+        """End it: at once, and no file is left, as files are written whole and last; a gentle one by Ctrl-C."""
+        if self.state != "running":
+            return
+        if self.gentle and self._process.pid is not None:
+            os.kill(self._process.pid, signal.SIGINT)
+            return
+        self._process.kill()
+        self._process.join()
+        self._end("cancelled", "")
 
     def _end(self, state: State, error: str) -> None:
         self.state, self.error = state, error

@@ -18,7 +18,6 @@ from lce_bringup.workbench.telling import telling
 from lce_model import Model, Value
 
 STEPS: Final = 1000
-THROTTLE_S: Final = 0.04
 
 
 def sliders(bench: Workbench) -> None:
@@ -62,9 +61,7 @@ def _slider(value: Value, follow: Callable[[Value, Coordinates, ui.label, float]
     with ui.element("div").classes("slider"):
         told = ui.label(_told(value, value.value))
         slider = ui.slider(min=0, max=STEPS, step=1, value=round(position)).props(f'aria-label="{value.key}"')
-        slider.on(
-            "update:model-value", lambda event: follow(value, coordinates, told, float(event.args)), throttle=THROTTLE_S
-        )
+        slider.on_value_change(lambda event: follow(value, coordinates, told, float(event.value)))
         slider.mark(f"slider {value.key}")
 
 

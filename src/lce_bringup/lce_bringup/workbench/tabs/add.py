@@ -23,7 +23,9 @@ def add(bench: Workbench) -> None:
         thermal = ui.select(list(THERMAL), value="lumped", label="Thermal stage")
         deformation = ui.select(list(DEFORMATION), value="equilibrium", label="Deformation stage")
         ui.button(
-            "Fit a model", on_click=telling(lambda: fit(bench, str(thermal.value), str(deformation.value)))
+            "Fit a model",
+            color="accent",
+            on_click=telling(lambda: fit(bench, str(thermal.value), str(deformation.value))),
         ).props("unelevated no-caps").mark("fit")
     model = bench.model()
     if model is None:

@@ -39,6 +39,7 @@ def apart(bench: Workbench) -> None:
             bench.start(
                 f"Tell {between[0]} from {between[1]}",
                 work.design,
+                measure="separation",
                 model=bench.session.model_file(number),
                 between=between,
                 power_w=float(power.value),
@@ -47,7 +48,7 @@ def apart(bench: Workbench) -> None:
                 out=bench.session.place / f"wave-{between[0]}-{between[1]}.csv",
             )
 
-        ui.button("Design", on_click=telling(design)).props("unelevated no-caps").mark("design")
+        ui.button("Design", color="accent", on_click=telling(design)).props("unelevated no-caps").mark("design")
     for file in sorted(bench.session.place.glob("wave-*.json")):
         _designed(bench, file)
 

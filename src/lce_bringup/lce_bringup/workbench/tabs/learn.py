@@ -32,7 +32,9 @@ def learn(bench: Workbench) -> None:
         ui.label("A model and a run to learn from are needed. Fit a model on the tab Add.")
         return
     with ui.row().classes("line"):
-        ui.button("Diagnose", on_click=telling(lambda: diagnose(bench))).props("unelevated no-caps").mark("diagnose")
+        ui.button("Diagnose", color="accent", on_click=telling(lambda: diagnose(bench))).props(
+            "unelevated no-caps"
+        ).mark("diagnose")
         ui.label(f"the score test over the library on {train} runs, judged on {test} held out")
     found = bench.diagnosis()
     if found is None:
