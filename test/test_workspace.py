@@ -14,7 +14,9 @@ PACKAGES = sorted(file.parent.name for file in SOURCES.glob("*/package.xml"))
 ROSDEP = {  # import name: rosdep key, where they differ
     "gi": "",  # the camera's library, by hand: docs/hardware.md
     "launch_testing": "",
+    "distributed": "",  # optional: docs/diagnosis.md
     "fastapi": "",  # comes with nicegui
+    "joblib": "python3-joblib",
     "mcap": "",  # requirements/ubuntu.txt
     "nicegui": "",  # requirements/ubuntu.txt
     "numba": "python3-numba",

@@ -8,6 +8,7 @@ passes; then every accepted effect has to prove itself once more against the oth
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -19,6 +20,7 @@ from lce_analysis.diagnose.whitening import Noise
 from lce_analysis.experiment import Run
 from lce_analysis.fit.identify import check_runs
 from lce_analysis.fit.least_squares import Progress
+from lce_analysis.fit.parallel import each
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions
 from lce_analysis.noise import noise_floor
 from lce_analysis.predict import CAMERA, DISTANCE, prepare
@@ -208,10 +210,9 @@ class Search:
         All are judged by the noise that the best of them leaves, where that is less than in the richest linear fit.
         """
         noise = self.seen.noise
-        settled = []
-        for score in scores:
-            start = freed(first_step(self.seen, score), score.effect)
-            settled.append(settle(start, noise, f"with {score.effect.name}", self.progress, ITERATIONS))
+        starts = [(f"with {s.effect.name}", freed(first_step(self.seen, s), s.effect)) for s in scores]
+        tasks = [partial(settle, start, noise, label, iterations=ITERATIONS) for label, start in starts]
+        settled = list(each(tasks, "refits", self.progress))
         if not settled:
             return []
         left = min(settled, key=lambda s: s.plain_error(noise)).noise(noise)

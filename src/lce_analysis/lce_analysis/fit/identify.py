@@ -10,13 +10,15 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.experiment import Run
 from lce_analysis.fit.first_guess import search_box, thinned, with_curves_guess, with_thermal_guess
-from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered
+from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered, silent
+from lce_analysis.fit.parallel import each
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
 from lce_analysis.fit.result import FitResult, concluded
 from lce_analysis.noise import noise_floor
@@ -53,15 +55,11 @@ NOISE_LEVEL = 1.05
 """Grid of the searches for a first guess; the fit itself uses every sample."""
 
 
-def _silent(label: str, done: int, total: int, rms: float) -> None:
-    """No progress shown."""
-
-
 def fit(
     model: Model,
     runs: Sequence[Run],
     drive: Drive = "model",
-    progress: Progress = _silent,
+    progress: Progress = silent,
     seed: int = 0,
 ) -> FitResult:
     """Identify the free parameters of ``model`` from all ``runs`` together, one parameter set.
@@ -83,13 +81,15 @@ def fit(
 
 
 def fit_each(
-    model: Model, runs: Sequence[Run], drive: Drive = "model", progress: Progress = _silent, seed: int = 0
+    model: Model, runs: Sequence[Run], drive: Drive = "model", progress: Progress = silent, seed: int = 0
 ) -> tuple[FitResult, ...]:
     """One parameter set for each run, as in the dissertation's tables."""
-    return tuple(
-        fit(model, [run], drive, lambda label, *rest, name=run.name: progress(f"{name}: {label}", *rest), seed)
-        for run in runs
-    )
+    tasks = [partial(_fit_one, model, run, drive, seed) for run in runs]
+    return tuple(each(tasks, "one fit for each run", progress))
+
+
+def _fit_one(model: Model, run: Run, drive: Drive, seed: int, progress: Progress) -> FitResult:
+    return fit(model, [run], drive, lambda label, *rest: progress(f"{run.name}: {label}", *rest), seed)
 
 
 def check_runs(model: Model, runs: Sequence[Run]) -> None:

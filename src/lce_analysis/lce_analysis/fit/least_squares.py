@@ -15,6 +15,11 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str, int, int, float], None]
 """Called with what is being done, steps done, steps at most, and the weighted RMS residual."""
 
+
+def silent(label: str, done: int, total: int, rms: float) -> None:
+    """No progress shown."""
+
+
 CROSSOVER: Final = 0.9
 DIFFERENTIAL_WEIGHT: Final = 0.8
 EPSILON: Final = 1e-4

@@ -8,12 +8,14 @@ bounds of the search the data do not determine it, whatever a linearised standar
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from lce_analysis.fit.least_squares import Progress, levenberg_marquardt
+from lce_analysis.fit.parallel import each
 from lce_analysis.fit.problem import Problem
 from lce_analysis.fit.uncertainty import calibrated
 
@@ -63,7 +65,8 @@ def profiles(problem: Problem, progress: Progress, level: float = 0.95) -> tuple
     threshold = float(chi2.ppf(level, 1))
     found: list[Profile] = []
     with suppress(KeyboardInterrupt):
-        found.extend(_profile(counted, j, threshold, progress) for j in range(len(counted.free)))
+        tasks = [partial(_profile, counted, j, threshold) for j in range(len(counted.free))]
+        found.extend(each(tasks, "profiles", progress))
     return tuple(found)
 
 

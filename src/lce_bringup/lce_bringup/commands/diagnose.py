@@ -8,6 +8,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lce_bringup import cluster
+
 if TYPE_CHECKING:
     from lce_analysis.diagnose import Diagnosis
 
@@ -22,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help="a candidate of your own")
     parser.add_argument("--json", type=Path, metavar="F", help="write the numbers as JSON")
     parser.add_argument("--report", type=Path, metavar="F.html", help="write the evidence as one HTML file")
+    cluster.add_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -36,7 +39,7 @@ def main(args: argparse.Namespace) -> int:
 
     model, runs, test_runs = load_model(args.model), read_runs(args.runs), read_runs(args.test)
     effects = [*library().values(), *(find(e) for e in args.effect)]
-    with FitBar() as bar:
+    with FitBar() as bar, cluster.chosen(args.backend, args.scheduler):
         diagnosis = diagnose(model, runs, test_runs, effects, bar)
     report = page(diagnosis, runs, test_runs) if args.report else ""
     if args.json:

@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lce_bringup import cluster
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -55,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--per-run", action="store_true", help="one parameter set for each run (M-RUN.yaml)")
     parser.add_argument("--profile", action="store_true", help="profile likelihood of every parameter (minutes)")
     parser.add_argument("--seed", type=int, default=0, help="of the random starts; the same seed, the same result")
+    cluster.add_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -67,7 +70,7 @@ def main(args: argparse.Namespace) -> int:
 
     runs = read_runs(args.runs)
     model = _model(args, runs)
-    with FitBar() as bar:
+    with FitBar() as bar, cluster.chosen(args.backend, args.scheduler):
         if args.per_run:
             results = fit_each(model, runs, args.drive, bar, args.seed)
             targets = [args.out.with_name(f"{args.out.stem}-{run.name}{args.out.suffix}") for run in runs]
