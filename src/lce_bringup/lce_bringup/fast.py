@@ -23,7 +23,7 @@ _AFTER_TICKS = 5
 """Ticks after the player's last zero: so long it takes through laser and simulator to the sensors."""
 
 
-def run_fast(plan: Plan, progress: Callable[[float], None]) -> None:
+def run_fast(plan: Plan, progress: Callable[[float], object]) -> None:
     """Play and record `plan` as quickly as the machine can; `progress` is told the simulated seconds played.
 
     A stop signal is a KeyboardInterrupt between two ticks: within a call into rclpy it would be another error.
@@ -45,7 +45,7 @@ def run_fast(plan: Plan, progress: Callable[[float], None]) -> None:
             try_shutdown()
 
 
-def _play(nodes: list[BenchNode], stopped: threading.Event, progress: Callable[[float], None]) -> None:
+def _play(nodes: list[BenchNode], stopped: threading.Event, progress: Callable[[float], object]) -> None:
     player: Any = nodes[0]
     steps = Lockstep(nodes)
     try:

@@ -15,7 +15,7 @@ from lce_bringup.processes import Processes
 _LOOK_S = 0.05
 
 
-def run_realtime(plan: Plan, progress: Callable[[float], None]) -> None:
+def run_realtime(plan: Plan, progress: Callable[[float], object]) -> None:
     """Play and record `plan`; `progress` is told the seconds played.
 
     Raises LceError naming a node that ended early. However it ends, the player goes first and the recorder

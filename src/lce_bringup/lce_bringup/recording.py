@@ -71,8 +71,7 @@ def interruptible() -> None:
 
 
 def record(plan: Plan) -> None:
-    """Run a plan on the node graph under a progress bar; experiment.yaml tells how it ended."""
-    outcome = "failed"
+    """Run a plan under a progress bar."""
     bar = tqdm(
         total=plan.duration_s,
         desc=plan.folder.name,
@@ -81,12 +80,20 @@ def record(plan: Plan) -> None:
         bar_format="{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s [{elapsed}<{remaining}]",
         mininterval=0.1 if sys.stderr.isatty() else 2.0,
     )
-
-    def progress(played_s: float) -> None:
-        bar.update(min(max(played_s, 0.0), plan.duration_s) - bar.n)
-
     try:
-        with bar, own_domain():
+        with bar:
+            play(plan, lambda played_s: bar.update(min(max(played_s, 0.0), plan.duration_s) - bar.n))
+    except BaseException:
+        if (plan.folder / experiment.FILE_NAME).exists():
+            print(f"lce: what was recorded until then is in {plan.folder}", file=sys.stderr)
+        raise
+
+
+def play(plan: Plan, progress: Callable[[float], object]) -> None:
+    """Run a plan on the node graph, `progress` is told the seconds played; experiment.yaml tells how it ended."""
+    outcome = "failed"
+    try:
+        with own_domain():
             _runner(plan)(plan, progress)
         outcome = "complete"
     except KeyboardInterrupt:
@@ -95,11 +102,9 @@ def record(plan: Plan) -> None:
     finally:
         if (plan.folder / experiment.FILE_NAME).exists():
             experiment.update(plan.folder, outcome=outcome)
-            if outcome != "complete":
-                print(f"lce: what was recorded until then is in {plan.folder}", file=sys.stderr)
 
 
-def _runner(plan: Plan) -> Callable[[Plan, Callable[[float], None]], None]:
+def _runner(plan: Plan) -> Callable[[Plan, Callable[[float], object]], None]:
     if plan.fast:
         from lce_bringup.fast import run_fast
 

@@ -51,16 +51,16 @@ def main(args: argparse.Namespace) -> int:
     """Run the protocol, or each of a campaign, and print the paths of the recordings."""
     from lce_bringup.recording import interruptible, record
 
-    plans = _plans(args)
+    chosen = plans(args)
     interruptible()
-    for plan in plans:
+    for plan in chosen:
         record(plan)
         print(plan.folder, flush=True)
     return 0
 
 
-def _plans(args: argparse.Namespace) -> list[Plan]:
-    """Everything that can be wrong is found here, before anything is started or written."""
+def plans(args: argparse.Namespace) -> list[Plan]:
+    """The runs asked for. Everything that can be wrong is found here, before anything is started or written."""
     from lce_bringup import protocols
     from lce_bringup.graph import PLAYER, Plan, check_power
     from lce_bringup.recording import conditions, folders, seeded, simulated_strip, topics

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from lce_bringup.workbench import session as sessions
 from lce_bringup.workbench.jobs import Job, Work
+from lce_bringup.workbench.live import Ear
 from lce_bringup.workbench.session import Role, Session
 from lce_model.errors import LceError
 
@@ -39,6 +40,7 @@ class Workbench:
         self.session = sessions.load(self.folder)
         self.entries: dict[str, Entry] = {}
         self.job: Job | None = None
+        self.ear = Ear()
         self.busy = ""
         self.version = 0
         self._models: dict[int, Model] = {}
@@ -170,12 +172,20 @@ class Workbench:
     def _joined(self, how: str, parent: int | None) -> None:
         self._change(self.session.with_model(how, parent))
 
+    def record(self, name: str, work: Work, out: Path, **arguments: Any) -> None:
+        """Begin a job that records a run into the folder; it is opened when it is over, however it ended."""
+        self.start(name, work, self._reopen, gentle=True, out=out, **arguments)
+
+    def _reopen(self) -> None:
+        self._opening = asyncio.ensure_future(self.open())
+
     def poll(self) -> None:
-        """Take in what the job told; to be called often."""
+        """Take in what the job told, and what was heard; to be called often."""
+        self.ear.poll()
         job = self.job
         if job is None or not job.poll():
             return
-        if job.state == "done":
+        if job.state == "done" or (job.gentle and job.state != "running"):
             self._then()
         if job.state != "running":
             self.version += 1
@@ -185,6 +195,13 @@ class Workbench:
         if self.job is not None:
             self.job.cancel()
             self.version += 1
+
+    def close(self) -> None:
+        """End the job, a gentle one in order, and stop listening."""
+        self.cancel()
+        if self.job is not None and self.job.gentle:
+            self.job.wait()
+        self.ear.close()
 
     def _change(self, session: Session) -> None:
         self.session = session

@@ -17,6 +17,7 @@ from lce_analysis.report import Axis, Bars, Block, Curve, Figure, Grid, Group, L
 from lce_analysis.report.blocks import Role
 from lce_analysis.report.run import NAMES, POWER, RESIDUAL, TIME, VALUE
 from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.live import Heard
 from lce_model import KELVIN, Model
 from lce_model.effects import library
 
@@ -129,6 +130,57 @@ def course(measure: str) -> Sequence[Block]:
     """An empty figure for the number that the job under way tells."""
     none = np.empty(0)
     return [Lines(measure, TIME, Axis(measure, "σ"), none, (Curve(measure, none, "model"),), height=120)]
+
+
+LIVE: Final[Mapping[str, tuple[Axis, float, Mapping[str, tuple[str, Role]]]]] = {
+    "temperature": (
+        VALUE["temperature"][0],
+        1.0,
+        {"temperature": ("T", "model"), "temperature_setpoint": ("setpoint", "quiet")},
+    ),
+    "displacement": (
+        VALUE["displacement"][0],
+        1e3,
+        {"displacement": ("d", "residual"), "target_displacement": ("target", "quiet")},
+    ),
+    "laser power": (
+        POWER,
+        1.0,
+        {"laser/power": ("P", "input"), "laser/power_command": ("command", "quiet")},
+    ),
+}
+"""Live figures: axis, factor from the topics' units, and the topics."""
+
+
+def live() -> Sequence[Block]:
+    """Empty figures for what the topics say."""
+    none = np.empty(0)
+    figures = [
+        Lines(title, TIME, axis, none, [Curve(label, none, role) for label, role in curves.values()], height=170)
+        for title, (axis, _, curves) in LIVE.items()
+    ]
+    return [Grid(figures, (1, 1, 1))]
+
+
+def live_columns(heard: Sequence[Heard], began_s: float) -> dict[str, list[list[float | None]]]:
+    """What was heard, as columns of the live figures; None where a topic was silent."""
+    columns: dict[str, list[list[float | None]]] = {}
+    for title, (_, factor, curves) in LIVE.items():
+        columns[title] = [[moment.time_s - began_s for moment in heard]]
+        for topic in curves:
+            values = [moment.values.get(topic) for moment in heard]
+            columns[title].append([None if v is None else v * factor for v in values])
+    return columns
+
+
+def live_values(moment: Heard) -> str:
+    """The values of a moment in words."""
+    words = []
+    for axis, factor, curves in LIVE.values():
+        for topic, (label, _) in curves.items():
+            if topic in moment.values:
+                words.append(f"{label} {moment.values[topic] * factor:.3f} {axis.unit}")
+    return " · ".join(words) or "silence on the topics"
 
 
 def wave(name: str, time_s: np.ndarray, power_w: np.ndarray) -> Sequence[Block]:

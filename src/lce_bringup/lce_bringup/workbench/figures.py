@@ -7,7 +7,7 @@ import base64
 import json
 import secrets
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 
 import numpy as np
@@ -81,6 +81,6 @@ class Figures(ui.element, component="figures.js"):
         """Give curves new values (n,), by label; n is that of the figure."""
         self.run_method("replace", {k: base64.b64encode(v.astype("<f4").tobytes()).decode() for k, v in curves.items()})
 
-    def extend(self, columns: dict[str, list[list[float]]], keep: float | None = None) -> None:
+    def extend(self, columns: Mapping[str, Sequence[Sequence[float | None]]], keep: float | None = None) -> None:
         """Append samples to figures, by title: x and each curve; what is further back than ``keep`` in x is dropped."""
         self.run_method("extend", columns, keep)

@@ -32,6 +32,7 @@ class JobStrip:
         if job is None:
             return
         self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} was cancelled"
+        self._course.visible = not job.gentle
         if not self._bench.working or not job.seen:
             return
         if job is not self._job:

@@ -103,6 +103,10 @@ class Job:
         self._process.join()
         self._end("cancelled", "")
 
+    def wait(self) -> None:
+        """Until its process has ended."""
+        self._process.join()
+
     def _end(self, state: State, error: str) -> None:
         self.state, self.error = state, error
         self._receive.close()

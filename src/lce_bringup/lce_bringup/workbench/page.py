@@ -13,6 +13,7 @@ from lce_bringup.workbench.figures import HEAD
 from lce_bringup.workbench.job_strip import JobStrip
 from lce_bringup.workbench.tabs.add import add
 from lce_bringup.workbench.tabs.apart import apart
+from lce_bringup.workbench.tabs.bench import Bench
 from lce_bringup.workbench.tabs.learn import learn
 from lce_bringup.workbench.tabs.look import look
 from lce_bringup.workbench.tabs.runs import runs
@@ -27,6 +28,7 @@ TABS: Final[dict[str, Callable[[Workbench], None]]] = {
     "Tell apart": apart,
     "Take away": take_away,
 }
+BENCH: Final = "Bench"
 THEME: Final = """<script>
 addEventListener("DOMContentLoaded", () => {
   const follow = () => {
@@ -50,9 +52,9 @@ def page(bench: Workbench, tab: str) -> None:
         state = ui.label().classes("state").props("role=status")
         ui.button("light / dark", on_click=lambda: dark.set_value(not dark.value)).props("flat no-caps")
     strip = JobStrip(bench)
-    tab = tab if tab in TABS else "Runs"
+    tab = tab if tab in (*TABS, BENCH) else "Runs"
     with ui.tabs().props("no-caps align=left aria-label=Views") as tabs:
-        for name in TABS:
+        for name in (*TABS, BENCH):
             ui.tab(name)
     tabs.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
     refreshers = []
@@ -60,11 +62,14 @@ def page(bench: Workbench, tab: str) -> None:
         for name, fill in TABS.items():
             with ui.tab_panel(name):
                 refreshers.append(_refreshable(bench, fill))
+        with ui.tab_panel(BENCH):
+            live = Bench(bench)
     shown = bench.version
 
     def follow() -> None:
         nonlocal shown
         strip.follow()
+        live.follow()
         state.text = bench.busy or _model_line(bench)
         if bench.version != shown:
             shown = bench.version

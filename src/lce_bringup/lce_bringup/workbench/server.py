@@ -37,7 +37,7 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
     app.on_startup(jobs.warm_up)
     app.on_startup(lambda: _background(lambda: bench.open(chosen)))
     app.on_startup(lambda: _background(lambda: tend(bench)))
-    app.on_shutdown(bench.cancel)
+    app.on_shutdown(bench.close)
 
 
 async def tend(bench: Workbench) -> None:

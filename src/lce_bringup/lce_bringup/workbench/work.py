@@ -4,8 +4,15 @@
 from __future__ import annotations
 
 import json
+import math
+import os
+import tempfile
+import time
+from argparse import Namespace
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Final
 
 import lce_analysis.design
 import lce_analysis.diagnose
@@ -13,10 +20,16 @@ import lce_analysis.fit
 from lce_analysis.compare import compare
 from lce_analysis.diagnose.page import addition_page, page
 from lce_analysis.experiment import read_runs
+from lce_bringup.commands.run import plans
+from lce_bringup.graph import check_power
+from lce_bringup.processes import Processes
+from lce_bringup.protocols import load
+from lce_bringup.recording import play
 from lce_model import KELVIN, default_model, load_model, save_model
 from lce_model.model_file import write_atomically
 
 Progress = Callable[[str, int, int, float], None]
+LOOK_S: Final = 0.1
 
 
 def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, progress: Progress) -> None:
@@ -68,3 +81,31 @@ def design(
     about |= {"hottest_c": found.hottest_k - KELVIN}
     write_atomically(out.with_suffix(".json"), json.dumps(about) + "\n")
     write_atomically(out, "\n".join(["time_s,power_w", *rows]) + "\n")
+
+
+def run(protocol: str, out: Path, settings: Sequence[str], domain: int, *, progress: Progress) -> None:
+    """`lce run`, in real time on the simulated bench of a ROS domain."""
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    words = {"protocol": protocol, "out": out, "model": None, "set": list(settings), "seed": None, "fast": False}
+    for plan in plans(Namespace(**words)):
+        label, total = f"recording {plan.folder.name}", round(plan.duration_s)
+        play(plan, partial(_played, progress, label, total))
+
+
+def _played(progress: Progress, label: str, total: int, played_s: float) -> None:
+    progress(label, min(max(round(played_s), 0), total), total, math.nan)
+
+
+def run_hardware(protocol: str, out: Path, domain: int, *, progress: Progress) -> None:
+    """The experiment on the real bench: the launch file of that name, which ends with the experiment."""
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    launch = ["ros2", "launch", "lce_bringup", "experiment.launch.py", "plant:=hardware"]
+    (wave,) = load(protocol)
+    check_power(wave)
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="lce_run_") as logs, Processes(Path(logs)) as nodes:
+        process = nodes.start("launch", [*launch, f"protocol:={protocol}", f"out:={out}"])
+        while process.poll() is None:
+            _played(progress, f"recording {out.name}", round(wave.duration_s), time.monotonic() - began)
+            time.sleep(LOOK_S)
+        nodes.stop("launch")
