@@ -235,7 +235,7 @@ def main() -> int:
     with TemporaryDirectory() as folder, tqdm(total=38, unit="fit", dynamic_ncols=True) as bar:
         text, loops = document(bar, Path(folder))
     args.out.write_text(text, encoding="utf-8")
-    args.out.with_suffix(".svg").write_text(draw(loops, "T °C", "d mm"), encoding="utf-8")
+    draw(loops, ("T in °C", "d in mm", "measured", "modelled"), args.out.with_suffix(".svg"))
     print(args.out)
     return 0
 

@@ -321,7 +321,7 @@ def through_nodes() -> list[str]:
     ]
 
 
-def picture(results: Results) -> str:
+def picture(results: Results) -> None:
     """A step from rest and a step down of each mode, over the limit."""
 
     def panel(case: Case, k: int, mode: str, title: str) -> Picture:
@@ -331,7 +331,8 @@ def picture(results: Results) -> str:
 
     up = [panel(FROM_REST[2], 0, mode, f"{mode}: 2 mm from rest") for mode in MODES]
     down = [panel(DOWN, 3, mode, f"{mode}: from 2 to 1 mm") for mode in MODES]
-    return draw([*up, *down], "time [s]", "d [mm]")
+    PICTURE.parent.mkdir(exist_ok=True)
+    draw([*up, *down], ("time in s", "d in mm", "limit", "mode"), PICTURE)
 
 
 def main() -> None:
@@ -357,8 +358,6 @@ def main() -> None:
         "",
         "![Steps of the three modes over the limit](pictures/control.svg)",
         "",
-        "Grey: the limit. Orange: the mode.",
-        "",
         *bars(results),
         *from_rest(results),
         *loops(results),
@@ -367,8 +366,7 @@ def main() -> None:
         *model_errors(results, other),
         *through_nodes(),
     ]
-    PICTURE.parent.mkdir(exist_ok=True)
-    PICTURE.write_text(picture(results), encoding="utf-8")
+    picture(results)
     PAGE.write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")
     print(PAGE)
 
