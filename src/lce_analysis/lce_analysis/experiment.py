@@ -159,6 +159,11 @@ def _read_csv(path: Path) -> Recorded:
     unknown = [name for name in header if name not in COLUMNS]
     if unknown or "time_s" not in header or len(set(header)) != len(header):
         raise LceError(f"{path}: header {','.join(header)!r}; expected time_s and of {','.join(COLUMNS[1:])}")
+    wide = next((i for i, row in enumerate(rows) if len(row) > len(header)), None)
+    if wide is not None:
+        raise LceError(
+            f"{path}, row {wide + 1}: {len(rows[wide])} cells under a header of {len(header)}; a decimal comma?"
+        )
     columns = {name: _column(path, rows, header.index(name), name) for name in header}
     if np.isnan(columns["time_s"]).any():
         raise LceError(f"{path}, row {2 + int(np.argmax(np.isnan(columns['time_s'])))}: time_s is empty")

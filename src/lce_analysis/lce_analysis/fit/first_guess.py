@@ -22,18 +22,22 @@ STEP_S: Final = 2.0
 
 def with_thermal_guess(model: Model, inputs: Sequence[RunInput], tau: float) -> Model:
     """Gain and ambient temperature by linear least squares for a time constant: T is linear in both."""
-    unit = model.set({"lumped.tau": tau, "lumped.gain": 1.0})
+    spec = {v.key: v for v in model.values}
+    tau = float(np.clip(tau, spec["lumped.tau"].lower, spec["lumped.tau"].upper))
+    if spec["lumped.tau"].fixed:
+        tau = model["lumped.tau"]
+    # Not by model.set(): the gain may be held to a range without 1.
+    unit, ambient = model.vector, model["ambient.t_env"]
+    unit[[model.index("lumped.tau"), model.index("lumped.gain")]] = tau, 1.0
     columns, targets = [], []
     for prepared in inputs:
         if prepared.run.temperature is None or prepared.at_temperature is None:
             continue
-        ambient = unit["ambient.t_env"]
-        rise = prepared.simulate(unit, unit.vector[None], np.array([ambient]))[0, :, TEMPERATURE] - ambient
+        rise = prepared.simulate(model, unit[None], np.array([ambient]))[0, :, TEMPERATURE] - ambient
         columns.append(prepared.at_temperature(rise))
         targets.append(prepared.run.temperature.value)
     rise, target = np.concatenate(columns), np.concatenate(targets)
     (gain, ambient), *_ = np.linalg.lstsq(np.column_stack([rise, np.ones_like(rise)]), target)
-    spec = {v.key: v for v in model.values}
     guess = {"lumped.tau": tau, "lumped.gain": gain, "ambient.t_env": ambient}
     return model.set(
         {k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in guess.items() if not spec[k].fixed}

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identification finds what was put in, says what it cannot find, and refuses what cannot be fitted."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lce_analysis.experiment import Run, Series
+from lce_analysis.fit import fit, fit_each
+from lce_model import LceError, Model, default_model, simulate
+
+HEATER = default_model("lumped", "none").set({"lumped.tau": 31.0, "lumped.gain": 22.0, "ambient.t_env": 296.0})
+
+
+def runs_of(strip: Model, seed: int, count: int = 2, duration_s: float = 90.0) -> list[Run]:
+    """Runs with steps of different lengths, the sensors at 10 Hz, white noise."""
+    found = []
+    for k in range(count):
+        rng = np.random.default_rng((seed, k))
+        time = np.arange(0.0, duration_s, 0.02)
+        power = np.where((time > 2.0) & (time < 25.0 + 12.0 * k), 1.2 + 0.4 * k, 0.0)
+        made = simulate(strip, time, power)
+        seen = slice(None, None, 5)
+        noisy = made.temperature_k[seen] + 0.06 * rng.standard_normal(time[seen].size)
+        displacement = None
+        if strip.deformation != "none":
+            displacement = Series(time, made.displacement_m + 4e-6 * rng.standard_normal(time.size))
+        temperature = Series(time[seen], noisy)
+        found.append(Run(f"run-{k}", Path(), f"{k}" * 64, Series(time, power), temperature, displacement, {}))
+    return found
+
+
+def test_thermal_parameters_are_found_within_their_standard_errors() -> None:
+    z = []
+    for seed in range(16):
+        found = fit(default_model("lumped", "none"), runs_of(HEATER, seed))
+        for value in found.model.values:
+            if not value.fixed:
+                assert value.standard_error is not None
+                z.append((value.value - HEATER[value.key]) / value.standard_error)
+    assert np.abs(z).max() < 4.0
+    assert 0.5 < np.std(z) < 1.4  # neither boastful nor shy
+
+
+def test_a_joint_fit_ends_at_the_noise_and_finds_what_the_data_determine() -> None:
+    strip = default_model().set({"lumped.tau": 20.0, "equilibrium.t_star_r": 307.0, "stretch_law.alpha": 2.1})
+    runs = runs_of(strip, seed=1)
+    found = fit(default_model(), runs)
+    assert found.identifiability is not None
+    for value in found.model.values:
+        if value.determined and not value.fixed:
+            assert value.standard_error is not None
+            assert abs(value.value - strip[value.key]) < 4.0 * value.standard_error, value.key
+    for entry, run in zip(found.model.fit["runs"], runs, strict=True):
+        assert run.temperature is not None and run.displacement is not None
+        assert entry["temperature_nrmse"] == pytest.approx(0.06 / np.std(run.temperature.value), rel=0.06)
+        assert entry["displacement_nrmse"] == pytest.approx(4e-6 / np.std(run.displacement.value), rel=0.06)
+    ratios = {"only the ratio equilibrium.a3_r/equilibrium.a1_r", "only the ratio equilibrium.a1_r/equilibrium.a3_r"}
+    assert ratios & {s.removesuffix(" is determined") for s in found.identifiability.sentences}
+
+
+def test_the_same_seed_gives_the_same_model() -> None:
+    runs = runs_of(default_model(), seed=2, count=1, duration_s=50.0)
+    assert fit(default_model(), runs, seed=5).model == fit(default_model(), runs, seed=5).model
+
+
+def test_fixed_and_held_parameters_stay_where_they_are_told_to() -> None:
+    asked = default_model("lumped", "none").set({"lumped.tau": 30.0}).fix(["lumped.tau"])
+    asked = asked.hold({"lumped.gain": (20.0, 21.5)})
+    found = fit(asked, runs_of(HEATER, seed=0)).model
+    assert found["lumped.tau"] == 30.0
+    assert 20.0 <= found["lumped.gain"] <= 21.5
+
+
+def test_one_parameter_set_for_each_run() -> None:
+    other = HEATER.set({"lumped.tau": 40.0})
+    first, second = fit_each(default_model("lumped", "none"), [*runs_of(HEATER, 0, 1), *runs_of(other, 1, 1)])
+    assert first.model["lumped.tau"] == pytest.approx(31.0, rel=0.02)
+    assert second.model["lumped.tau"] == pytest.approx(40.0, rel=0.02)
+
+
+def test_a_run_that_begins_under_power_has_a_step_in_it() -> None:
+    (run,) = runs_of(HEATER, 0, 1)
+    time, noise = np.arange(0.0, 90.0, 0.1), 0.06 * np.random.default_rng(0).standard_normal(900)
+    lit = replace(run, power=Series(time, np.full_like(time, 0.8)))
+    warming = Series(time, simulate(HEATER, time, np.full_like(time, 0.8)).temperature_k + noise)
+    found = fit(default_model("lumped", "none"), [replace(lit, temperature=warming)])
+    assert found.model["lumped.tau"] == pytest.approx(31.0, rel=0.02)
+    with pytest.raises(LceError, match=r"run-0: the laser power is 0\.8 W throughout; nothing can be identified"):
+        fit(default_model("lumped", "none"), [replace(lit, temperature=Series(time, 320.0 + noise))])
+
+
+def test_ctrl_c_leaves_the_best_so_far() -> None:
+    calls = 0
+
+    def impatient(label: str, done: int, total: int, rms: float) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 25:
+            raise KeyboardInterrupt
+
+    found = fit(default_model(), runs_of(default_model(), 0), progress=impatient)
+    assert found.interrupted
+    assert found.model.fit["interrupted"] is True
+    assert found.identifiability is None
+    assert all(value.standard_error is None for value in found.model.values)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda runs: [], "no runs to fit"),
+        (lambda runs: [replace(r, displacement=None) for r in runs], "no run has a displacement"),
+        (
+            lambda runs: [
+                replace(r, conditions={"strip_length_m": x}) for r, x in zip(runs, (0.01, 0.02), strict=True)
+            ],
+            r"strips of different length .*run-0: 0\.01 m, run-1: 0\.02 m",
+        ),
+        (
+            lambda runs: [runs[0], replace(runs[1], power=Series(runs[1].power.time_s, 0.0 * runs[1].power.value))],
+            r"run-1: the laser power is 0 W throughout",
+        ),
+    ],
+)
+def test_what_cannot_be_fitted(change: Callable[[list[Run]], list[Run]], told: str) -> None:
+    with pytest.raises(LceError, match=told):
+        fit(default_model(), change(runs_of(default_model(), 0, duration_s=30.0)))
