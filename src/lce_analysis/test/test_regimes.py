@@ -123,7 +123,8 @@ def test_no_error_at_all_has_shares_of_nothing(triangles: Regime) -> None:
 def test_the_samples_of_a_regime_are_those_that_its_share_counts(triangles: Regime) -> None:
     found = error_shares([("run", triangles, np.ones_like(TIME))])
     for share in found.regimes:
-        assert np.mean(share.among(triangles)) == pytest.approx(share.sample_share, abs=1e-3)  # an edge is in both quarters
+        # Not exactly: an edge is in both quarters.
+        assert np.mean(share.among(triangles)) == pytest.approx(share.sample_share, abs=1e-3)
 
 
 def test_spans_are_the_stretches_of_what_is_marked() -> None:
