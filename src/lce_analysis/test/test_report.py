@@ -154,7 +154,7 @@ def test_every_kind_of_block_is_on_the_page() -> None:
     assert text.count("data-figure=") == 3
     assert "−50%" in text and "25%" in text and "<td></td>" in text  # an empty cell is empty, not nan
     assert "nan" not in re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
-    assert 'class="n minus" style="--tint:55%"' in text
+    assert 'class="n minus" style="--tint:50%"' in text
     assert 'style="left:66.67%"' in text  # the mark at 2 of 3
     for word in ("A paragraph.", "The answer.", "at the foot", "χ²", ">One<", ">Two<"):
         assert word in text

@@ -14,7 +14,6 @@ import pytest
 from jobs_for_tests import counting, crashing, endless, refusing
 from nicegui import ui
 from nicegui.testing import User, user_simulation
-from run_command import until
 
 from lce_analysis.report import Grid, Lines
 from lce_analysis.report.run import NAMES, VALUE
@@ -238,7 +237,9 @@ def test_who_is_answered(token: str, headers: dict[str, str], query: str, status
 def ended(bench: Workbench, timeout_s: float = 60.0) -> Job:
     """The job of the workbench, when it is over."""
     assert bench.job is not None
-    until(lambda: (bench.poll(), not bench.working)[1], bench.job.name, timeout_s)
+    bench.job.wait(timeout_s)
+    bench.poll()
+    assert not bench.working
     return bench.job
 
 

@@ -144,7 +144,8 @@ def _caption(title: str) -> str:
 def _heat(heat: Heat, pick: str) -> str:
     """The tint of a cell is its part of the largest number in the table; with ``pick``, it is a button."""
     largest = float(np.nanmax(np.abs(heat.values), initial=0.0)) or 1.0
-    head = "".join(f'<th scope="col">{_text(c)}</th>' for c in (heat.corner, *heat.columns))
+    corner = f'<th scope="col">{_text(heat.corner)}</th>' if heat.corner else "<td></td>"
+    head = corner + "".join(f'<th scope="col">{_text(c)}</th>' for c in heat.columns)
     rows = []
     for i, (name, values) in enumerate(zip(heat.rows, heat.values.tolist(), strict=True)):
         cells = []
@@ -154,7 +155,7 @@ def _heat(heat: Heat, pick: str) -> str:
                 cells.append(f"<td{note}></td>")
                 continue
             side = "minus" if heat.diverging and value < 0.0 else "plus"
-            tint = f"--tint:{abs(value) / largest * 55:.0f}%"
+            tint = f"--tint:{abs(value) / largest * 50:.0f}%"
             text = _number(value, heat.digits)
             if pick:
                 told = _text(f"{name}, {heat.columns[j]}: {text}")

@@ -103,9 +103,9 @@ class Job:
         self._process.join()
         self._end("cancelled", "")
 
-    def wait(self) -> None:
+    def wait(self, timeout_s: float | None = None) -> None:
         """Until its process has ended."""
-        self._process.join()
+        self._process.join(timeout_s)
 
     def _end(self, state: State, error: str) -> None:
         self.state, self.error = state, error

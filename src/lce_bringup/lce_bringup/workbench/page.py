@@ -58,7 +58,7 @@ def page(bench: Workbench, tab: str) -> None:
             ui.tab(name)
     tabs.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
     refreshers = []
-    with ui.element("main").classes("main"), ui.tab_panels(tabs, value=tab, animated=False).classes("panels"):
+    with ui.tab_panels(tabs, value=tab, animated=False).classes("panels"):
         for name, fill in TABS.items():
             with ui.tab_panel(name):
                 refreshers.append(_refreshable(bench, fill))

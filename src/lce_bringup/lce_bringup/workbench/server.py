@@ -22,6 +22,7 @@ TEND_S: Final = 0.05
 def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
     """Routes, page and background work; then ``serve``, or a test's user."""
     figures.serve_scripts()
+    app.config.quasar_config["loadingBar"]["skipHijack"] = True  # it has no name for screen readers
 
     @app.get("/figures/{key}")
     def fetched(key: str) -> Response:

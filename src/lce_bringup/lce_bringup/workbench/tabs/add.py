@@ -55,7 +55,7 @@ def _history(bench: Workbench) -> None:
     """Every model; a click makes it the current one."""
     with ui.element("table").classes("models"):
         with ui.element("thead"), ui.element("tr"):
-            for head in ("model", "how", "effects", "came from", ""):
+            for head in ("model", "how", "effects", "came from", "use"):
                 with ui.element("th").props("scope=col"):
                     ui.label(head)
         with ui.element("tbody"):
