@@ -15,8 +15,8 @@ from jobs_for_tests import counting, crashing, endless, refusing
 from nicegui import ui
 from nicegui.testing import User, user_simulation
 
-from lce_analysis.report import Grid, Lines
-from lce_analysis.report.run import NAMES, VALUE
+from lce_analysis.report import Grid, Lines, Loop
+from lce_analysis.report.run import NAMES, VALUE, Colouring, run_section
 from lce_bringup.workbench import drawings, figures, session
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
@@ -334,3 +334,24 @@ def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
     for stage in next(found for found in comparison.runs if found.run is run).stages:
         curve = drawings.hand_curves(model, run)[f"{NAMES[stage.quantity]}/{drawings.BY_HAND}"]
         assert curve == pytest.approx(stage.modelled * VALUE[stage.quantity][1])
+
+
+def test_the_loop_is_coloured_by_branch_or_cycle(folder: Path) -> None:
+    comparison = with_model(folder).comparison()
+    assert comparison is not None
+    (other,) = [run for run in comparison.runs if run.run.name == "other"]
+    stage = other.stage("displacement")
+    assert stage is not None
+    wanted: dict[Colouring, list[str]] = {"branch": ["heating", "cooling"], "cycle": ["cycle 1", "cycle 2"]}
+    for by, parts in wanted.items():
+        (loop,) = [
+            figure
+            for grid in run_section(other, by).blocks
+            if isinstance(grid, Grid)
+            for cell in grid.figures
+            for figure in (cell if isinstance(cell, tuple) else (cell,))
+            if isinstance(figure, Loop) and "loop" in figure.title
+        ]
+        assert [trace.label for trace in loop.traces] == [*parts, "model"]
+        seen = np.array([np.isfinite(trace.y) for trace in loop.traces[:-1]])
+        assert (seen.sum(axis=0) == 1).all()

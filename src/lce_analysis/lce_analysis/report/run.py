@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run beside its model as a section of a page."""
 
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,15 @@ from lce_analysis.residuals import Correlation
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Colouring = Literal["nothing", "branch", "cycle"]
+"""What colours the measured loop."""
 
 TIME: Final = Axis("time", "s")
 TEMPERATURE: Final = Axis("T", "°C")
 POWER: Final = Axis("P", "W")
 RATE: Final = Axis("dT/dt", "K/s")
 NAMES: Final[dict[Quantity, str]] = {"temperature": "temperature\u00a0T", "displacement": "displacement\u00a0d"}
+CYCLES: Final[tuple[Role, ...]] = ("residual", "before", "after", "input", "heating", "measured")
 OVER: Final = {"temperature": TEMPERATURE, "rate": RATE, "power": POWER}
 VALUE: Final[dict[Quantity, tuple[Axis, float]]] = {
     "temperature": (TEMPERATURE, 1.0),
@@ -30,7 +33,7 @@ RESIDUAL: Final[dict[Quantity, tuple[Axis, float]]] = {
 """Axis of a quantity, of its residual, and the factor that takes °C or m there."""
 
 
-def run_section(run: RunComparison) -> Section:
+def run_section(run: RunComparison, loop_by: Colouring = "nothing") -> Section:
     """The figures of a run: everything over time, linked; its loop; each residual over what it may depend on."""
     name = run.run.name
     over_time: list[Figure] = []
@@ -40,7 +43,7 @@ def run_section(run: RunComparison) -> Section:
         over_time.append(Lines("laser power P", TIME, POWER, power.time_s, (curve,), linked=name, height=130))
     for stage in run.stages:
         over_time += _over_time(stage, name)
-    beside: list[Figure] = [_loop(run)] if run.stage("displacement") else []
+    beside: list[Figure] = [_loop(run, loop_by)] if run.stage("displacement") else []
     beside += [_over(stage, "temperature", name, 280) for stage in run.stages]
     conditions = run.run.conditions.get("protocol")
     about = [f"Protocol: {conditions}."] if conditions else []
@@ -70,7 +73,7 @@ def _over_time(stage: Stage, linked: str) -> list[Figure]:
     ]
 
 
-def _loop(run: RunComparison) -> Loop:
+def _loop(run: RunComparison, by: Colouring) -> Loop:
     """Displacement over temperature: the measured one over the measured temperature, where there is one."""
     stage, thermal = run.stage("displacement"), run.stage("temperature")
     assert stage is not None
@@ -78,11 +81,26 @@ def _loop(run: RunComparison) -> Loop:
     if thermal is not None:
         measured_t = np.interp(stage.time_s, thermal.time_s, thermal.measured)
     axis, factor = VALUE["displacement"]
-    traces = (
-        Trace("measured", measured_t, stage.measured * factor, "measured", "line", at=stage.time_s),
-        Trace("model", model_t, stage.modelled * factor, "model", "line", at=stage.time_s),
+    at, measured = stage.time_s, stage.measured * factor
+    traces = [
+        Trace(label, np.where(here, measured_t, np.nan), np.where(here, measured, np.nan), role, "line", at=at)
+        for label, here, role in _parts(stage, by)
+    ]
+    traces.append(
+        Trace("model", model_t, stage.modelled * factor, "model" if by == "nothing" else "quiet", "line", at=at)
     )
     return Loop("hysteresis loop: d over T", TEMPERATURE, axis, traces, linked=run.run.name, height=400)
+
+
+def _parts(stage: Stage, by: Colouring) -> list[tuple[str, Flags, Role]]:
+    """Parts of a run that get a colour each: label, which samples, colour."""
+    here = stage.regime
+    if by == "branch":
+        return [("heating", here.heating, "heating"), ("cooling", ~here.heating, "cooling")]
+    if by == "cycle":
+        cycles = enumerate(np.unique(here.cycle))
+        return [(f"cycle {n}", here.cycle == n, CYCLES[i % len(CYCLES)]) for i, n in cycles]
+    return [("measured", np.ones_like(here.heating), "measured")]
 
 
 def _map(stage: Stage) -> Heat:

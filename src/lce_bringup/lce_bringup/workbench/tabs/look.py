@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from nicegui import ui
 
 from lce_analysis.regimes import BRANCHES, spans
 from lce_analysis.report import Block
 from lce_analysis.report.comparison import misfit, where
-from lce_analysis.report.run import run_section
+from lce_analysis.report.run import Colouring, run_section
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
 
@@ -35,10 +35,13 @@ def look(bench: Workbench) -> None:
             figures.light(lit(comparison, pick, row, column))
 
     Figures(partial(shares, bench), light).mark("shares")
-    chosen = ui.select(names, value=names[0], label="Run").classes("chosen").mark("chosen run")
-    figures = Figures(lambda: run_figures(bench, str(chosen.value)))
+    with ui.row().classes("line"):
+        chosen = ui.select(names, value=names[0], label="Run").mark("chosen run")
+        by = ui.select(list(get_args(Colouring)), value="nothing", label="Loop coloured by").mark("loop by")
+    figures = Figures(lambda: run_figures(bench, str(chosen.value), by.value or "nothing"))
     figures.mark("run figures")
-    chosen.on_value_change(figures.reload)
+    for choice in (chosen, by):
+        choice.on_value_change(figures.reload)
 
 
 def shares(bench: Workbench) -> Sequence[Block]:
@@ -49,12 +52,12 @@ def shares(bench: Workbench) -> Sequence[Block]:
     return [*comparison.sentences, *(where(q, s) for q, s in comparison.shares.items()), misfit(comparison)]
 
 
-def run_figures(bench: Workbench, name: str) -> Sequence[Block]:
+def run_figures(bench: Workbench, name: str, loop_by: Colouring = "nothing") -> Sequence[Block]:
     """A run beside the model, as in the report."""
     comparison, run = bench.comparison(), bench.entries[name].run
     if comparison is None:
         return []
-    return next(run_section(found).blocks for found in comparison.runs if found.run is run)
+    return next(run_section(found, loop_by).blocks for found in comparison.runs if found.run is run)
 
 
 def lit(comparison: Comparison, pick: str, row: int, column: int) -> Spans:
