@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user can get wrong: one clear line on stderr, exit 1, nothing written."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -38,6 +39,10 @@ def _scaled(rows: Lines, column: int, change: Callable[[float], float]) -> Lines
     return rows
 
 
+def _dark(rows: Lines) -> Lines:
+    return _scaled(rows, 1, lambda _: 0.0)
+
+
 CSV: dict[str, tuple[Callable[[Lines], Lines], str]] = {
     "no time column": (lambda r: [row.partition(",")[2] for row in r], "expected time_s"),
     "a column of another name": (lambda r: [HEADER.replace("power_w", "power_mw"), *r[1:]], "power_mw"),
@@ -51,7 +56,7 @@ CSV: dict[str, tuple[Callable[[Lines], Lines], str]] = {
     "negative power": (lambda r: _cell(r, 21, 1, "-0.5"), "a laser gives 0 W or more"),
     "kelvin": (lambda r: _scaled(r, 2, lambda x: x + KELVIN), "is it in kelvin"),
     "millimetres": (lambda r: _scaled(r, 3, lambda x: 1000.0 * x), "is it in millimetres"),
-    "a laser that is never on": (lambda r: _scaled(r, 1, lambda _: 0.0), "nothing can be identified"),
+    "a decimal comma": (lambda r: _cell(r, 31, 1, "1,2"), "row 31: 5 cells under a header of 4"),
 }
 
 MODEL: dict[str, tuple[Callable[[dict], None], str]] = {  # type: ignore[type-arg]
@@ -87,11 +92,45 @@ def refused(
     return check
 
 
+@pytest.fixture(params=["fit", "compare", "diagnose"])
+def command(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., list[str]]:
+    """A command that reads runs, with all that it would write."""
+    save_model(default_model(), tmp_path / "m.yaml")
+    rest = {
+        "fit": ["--out", "new.yaml"],
+        "compare": ["--model", "m.yaml", "--report", "r.html", "--json", "r.json"],
+        "diagnose": ["--model", "m.yaml", "--report", "r.html", "--json", "r.json"],
+    }
+    return lambda *runs: [request.param, *runs, *rest[request.param]]
+
+
 @pytest.mark.parametrize("case", CSV)
-def test_a_csv_that_is_wrong(case: str, tmp_path: Path, refused: Callable[[list[str], str], None]) -> None:
+def test_a_csv_that_is_wrong(
+    case: str, tmp_path: Path, command: Callable[..., list[str]], refused: Callable[[list[str], str], None]
+) -> None:
     change, told = CSV[case]
-    (tmp_path / "run.csv").write_text("\n".join(change(_rows())) + "\n", encoding="utf-8")
-    refused(["fit", "run.csv", "--out", "m.yaml"], told)
+    (tmp_path / "good.csv").write_text("\n".join(_rows()) + "\n", encoding="utf-8")
+    (tmp_path / "bad.csv").write_text("\n".join(change(_rows())) + "\n", encoding="utf-8")
+    refused(command("good.csv", "bad.csv"), f"bad.csv, {told}" if told.startswith("row") else told)
+
+
+@pytest.mark.parametrize("words", [["fit", "--out", "new.yaml"], ["diagnose", "--model", "m.yaml", "--json", "r.json"]])
+def test_nothing_is_learnt_from_a_run_without_light(
+    words: list[str], tmp_path: Path, refused: Callable[[list[str], str], None]
+) -> None:
+    save_model(default_model(), tmp_path / "m.yaml")
+    (tmp_path / "dark.csv").write_text("\n".join(_dark(_rows())) + "\n", encoding="utf-8")
+    refused([words[0], "dark.csv", *words[1:]], "dark: the laser power is 0 W throughout; nothing can be identified")
+
+
+def test_a_comparison_with_a_run_without_light_is_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_model(default_model(), tmp_path / "m.yaml")
+    (tmp_path / "dark.csv").write_text("\n".join(_dark(_rows())) + "\n", encoding="utf-8")
+    assert main(["compare", "dark.csv", "--model", "m.yaml"]) == 0
+    assert "dark: the laser power never changes" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("case", MODEL)
@@ -124,6 +163,17 @@ def test_a_bag_that_is_empty_or_cut_off(
         data = file.read_bytes()
         (broken / file.name).write_bytes(data[: int(kept * len(data))] if file.suffix == ".mcap" else data)
     refused(["fit", "run", "--out", "m.yaml"], told)
+
+
+def test_runs_of_two_strips(
+    bag: Path, tmp_path: Path, command: Callable[..., list[str]], refused: Callable[[list[str], str], None]
+) -> None:
+    for name, length_m in (("short", 0.01), ("long", 0.02)):
+        shutil.copytree(bag, tmp_path / name)
+        about = yaml.safe_load((bag / "experiment.yaml").read_text(encoding="utf-8"))
+        about["conditions"]["strip_length_m"] = length_m
+        (tmp_path / name / "experiment.yaml").write_text(yaml.safe_dump(about), encoding="utf-8")
+    refused(command("short", "long"), "long: ")
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ class Run:
     """One experiment. Time zero is the first sample of the laser power (of anything, where there is none).
 
     power [W] is held from sample to sample; temperature [K] and displacement [m] are None where not measured.
-    sha256 identifies the data; conditions are those of ``experiment.yaml``, empty for a CSV.
+    sha256 identifies the data; conditions is what ``experiment.yaml`` tells, empty for a CSV.
     """
 
     name: str
@@ -47,6 +47,12 @@ class Run:
     temperature: Series | None
     displacement: Series | None
     conditions: Mapping[str, Any]
+
+    @property
+    def strip_length_m(self) -> float | None:
+        """Length of the strip, where the recording tells it."""
+        told = self.conditions.get("conditions")
+        return told.get("strip_length_m") if isinstance(told, Mapping) else None
 
 
 def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:

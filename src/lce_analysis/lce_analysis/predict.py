@@ -23,6 +23,8 @@ DISPLACEMENT: Final = RECORDED.index("displacement")
 DIRECTION: Final = RECORDED.index("direction")
 CAMERA: Final = RECORDED.index("measured_temperature")
 DISTANCE: Final = RECORDED.index("measured_displacement")
+STRETCHES, MOVED = 8, 5.0
+"""Under constant power a series moves where the means of so many stretches differ by so many times its noise."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,16 @@ class RunInput:
         return out
 
 
+def excited(run: Run) -> bool:
+    """Does the laser power of the run change, or do sensors follow a step to it with which the run began?"""
+    if run.power is None or np.ptp(run.power.value) > 0.0:
+        return True
+    series = [s for s in (run.temperature, run.displacement) if s is not None]
+    return bool(run.power.value[0] > 0.0) and any(
+        np.ptp([part.mean() for part in np.array_split(s.value, STRETCHES)]) > MOVED * noise_floor(s) for s in series
+    )
+
+
 def _at_rest(run: Run) -> Floats:
     """Temperatures before the laser is first on, at most ten; the first one where it is on at once."""
     if run.temperature is None:
@@ -83,7 +95,15 @@ def _at_rest(run: Run) -> Floats:
 
 
 def prepare(run: Run, model: Model) -> RunInput:
-    """Lay a run out on the grid of its laser power (of its temperature, where no power was recorded)."""
+    """Lay a run out on the grid of its laser power (of its temperature, where no power was recorded).
+
+    LceError where the run lacks what the model needs, or is of a strip of another length.
+    """
+    if "strip.length" in model and run.strip_length_m not in (None, model["strip.length"]):
+        raise LceError(
+            f"{run.name}: its strip is {run.strip_length_m} m long, and the model's {model['strip.length']:g} m; "
+            f"fit a model to it with --set strip.length={run.strip_length_m}"
+        )
     if run.power is None and model.thermal != "none" and model.deformation == "none":
         raise LceError(f"{run.name}: no laser power was recorded, and the model has only a thermal stage")
     if run.power is None:

@@ -116,7 +116,8 @@ def test_ctrl_c_leaves_the_best_so_far() -> None:
         (lambda runs: [replace(r, displacement=None) for r in runs], "no run has a displacement"),
         (
             lambda runs: [
-                replace(r, conditions={"strip_length_m": x}) for r, x in zip(runs, (0.01, 0.02), strict=True)
+                replace(r, conditions={"conditions": {"strip_length_m": x}})
+                for r, x in zip(runs, (0.01, 0.02), strict=True)
             ],
             r"strips of different length .*run-0: 0\.01 m, run-1: 0\.02 m",
         ),

@@ -28,6 +28,7 @@ from lce_analysis.predict import (
     TEMPERATURE,
     Drive,
     RunInput,
+    excited,
     measured_drive,
     prepare,
 )
@@ -47,8 +48,6 @@ REFINED = 6
 """Members of each population that are refined by least squares."""
 REWEIGHTED = 3
 """Rounds of the joint fit."""
-STRETCHES, MOVED = 8, 5.0
-"""Under constant power a series moves where the means of so many stretches differ by so many times its noise."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
 
@@ -72,10 +71,10 @@ def fit(
     A KeyboardInterrupt ends the fit with the best values so far. LceError where the runs do not hold what the model
     needs.
     """
-    inputs = [prepare(run, model) for run in runs]
-    if not inputs:
+    if not runs:
         raise LceError("no runs to fit")
     check_runs(model, runs)
+    inputs = [prepare(run, model) for run in runs]
     search = _Search(model, inputs, drive, progress, seed)
     return search.result()
 
@@ -94,7 +93,7 @@ def _fit_one(model: Model, run: Run, drive: Drive, seed: int, progress: Progress
 
 def check_runs(model: Model, runs: Sequence[Run]) -> None:
     """Raise LceError where a run has nothing to say of the model, or the runs are not of one strip."""
-    lengths = {run.name: run.conditions["strip_length_m"] for run in runs if "strip_length_m" in run.conditions}
+    lengths = {run.name: run.strip_length_m for run in runs if run.strip_length_m is not None}
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{name}: {length} m" for name, length in lengths.items())
         raise LceError(f"runs of strips of different length cannot share one parameter set ({told})")
@@ -103,23 +102,12 @@ def check_runs(model: Model, runs: Sequence[Run]) -> None:
             raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
         if model.deformation != "none" and run.displacement is None and run.power is None:
             raise LceError(f"{run.name}: nothing in it says anything of this model")
-        if run.power is not None and model.thermal != "none" and not _excited(run):
+        if run.power is not None and model.thermal != "none" and not excited(run):
             raise LceError(
                 f"{run.name}: the laser power is {run.power.value[0]:g} W throughout; nothing can be identified from it"
             )
     if model.deformation != "none" and all(run.displacement is None for run in runs):
         raise LceError("no run has a displacement; fit with --deformation none")
-
-
-def _excited(run: Run) -> bool:
-    """Does the power change, or do sensors follow a step to it with which the run began?"""
-    assert run.power is not None
-    if np.ptp(run.power.value) > 0.0 or run.power.value[0] == 0.0:
-        return bool(np.ptp(run.power.value) > 0.0)
-    series = [s for s in (run.temperature, run.displacement) if s is not None]
-    return any(
-        np.ptp([part.mean() for part in np.array_split(s.value, STRETCHES)]) > MOVED * noise_floor(s) for s in series
-    )
 
 
 class _Search:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,11 +31,16 @@ def main(args: argparse.Namespace) -> int:
     """Compare, print a table and where the error sits, write what was asked for."""
     from lce_analysis.compare import as_json, compare
     from lce_analysis.experiment import read_runs
+    from lce_analysis.predict import excited
     from lce_analysis.report import render_comparison
     from lce_model import load_model
     from lce_model.model_file import write_atomically
 
-    comparison = compare(load_model(args.model), read_runs(args.runs), args.drive)
+    runs = read_runs(args.runs)
+    comparison = compare(load_model(args.model), runs, args.drive)
+    for run in runs:
+        if not excited(run):
+            print(f"lce: {run.name}: the laser power never changes; it says little of the model", file=sys.stderr)
     report = render_comparison(comparison) if args.report else ""
     if args.json:
         write_atomically(args.json, json.dumps(as_json(comparison), allow_nan=False) + "\n")
