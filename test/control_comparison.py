@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import control_independent
 import numpy as np
 from control_cases import MODES, PERIOD_S, Case, known, play, play_all, steps, trajectory
 from loop_pictures import Picture, draw
@@ -293,6 +294,24 @@ def model_errors(results: Results, cases: Sequence[Case]) -> list[str]:
     ]
 
 
+def unknown_strip(seeds: int, workers: int) -> list[str]:
+    """Strips of other equations, with a model identified from their recordings."""
+    turns = "; ".join(
+        f"{s.strip.name}: {', '.join(f'{t:g}' for t in s.targets_mm)} mm" for s in control_independent.SPECIMENS
+    )
+    head = ["strip", "mode", "80 % of the first [s]", "full power [s]", "overshoot, worst", "RMSE after 30 s, worst"]
+    return [
+        "## A strip of other equations, identified first",
+        "",
+        "The independent strip (`test/independent_strip`) shares no code and no equations with the models. A `kinetic` "
+        "model with natural convection is fitted to four noisy recordings of it "
+        f"({', '.join(control_independent.TRAINING)} of `make comparison`); that is what the controllers know. Targets "
+        f"in turn, {control_independent.HOLD_S:g} s each, from rest: {turns}. {seeds} seeds, worst of all steps.",
+        "",
+        *table(head, list(control_independent.rows(seeds, workers))),
+    ]
+
+
 def through_nodes() -> list[str]:
     """The same target through the real nodes and without them."""
     rows = []
@@ -364,6 +383,7 @@ def main() -> None:
         *trajectories(results),
         *disturbances(results),
         *model_errors(results, other),
+        *unknown_strip(min(args.seeds, 3), args.workers),
         *through_nodes(),
     ]
     picture(results)

@@ -14,6 +14,7 @@ import pytest
 from independent_strip import (
     CHAPTER_4,
     CHAPTER_5,
+    LiveStrip,
     Noise,
     Response,
     Strip,
@@ -322,3 +323,13 @@ def test_impossible_strips_are_refused(changes: dict[str, float], message: str) 
 def test_impossible_inputs_are_refused(time_s: list[float], power_w: list[float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         simulate(CHAPTER_4, time_s, power_w)
+
+
+def test_a_strip_that_lives_from_step_to_step_is_the_same_strip() -> None:
+    time_s, power_w = np.arange(301) * 0.01, np.where(np.arange(301) < 200, 2.0, 0.3)
+    response = simulate(CHAPTER_5, time_s, power_w)
+    live = LiveStrip(CHAPTER_5)
+    for power in power_w[:-1]:
+        live.step(float(power), 0.01)
+    assert live.measured_displacement_m == pytest.approx(response.displacement_m[-1], rel=1e-9)
+    assert live.measured_temperature_k == pytest.approx(response.surface_temperature_k[-1], rel=1e-9)

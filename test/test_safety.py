@@ -107,9 +107,10 @@ class Bench:
         return bool(answer.result().success)
 
 
-def test_the_end_of_the_single_controller_is_zero_power(bench: Graph) -> None:
-    controlled = Bench(bench, "single")
-    assert controlled.light.after(lambda: Graph.kill(controlled.processes["single_controller"])) < LIMIT_S
+@pytest.mark.parametrize("mode", ["single", "model"])
+def test_the_end_of_a_controller_by_itself_is_zero_power(bench: Graph, mode: str) -> None:
+    controlled = Bench(bench, mode)
+    assert controlled.light.after(lambda: Graph.kill(controlled.processes[f"{mode}_controller"])) < LIMIT_S
 
 
 @pytest.fixture(scope="module")

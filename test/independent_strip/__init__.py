@@ -13,7 +13,7 @@ each number comes from).
 
 from . import waves
 from .sensors import CAMERA, DISTANCE, Noise, Samples, measure, write_csv
-from .simulation import Response, absorbed_share, loop, loss_w, simulate
+from .simulation import LiveStrip, Response, absorbed_share, loop, loss_w, simulate
 from .strip import CHAPTER_4, CHAPTER_5, Strip
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "CHAPTER_4",
     "CHAPTER_5",
     "DISTANCE",
+    "LiveStrip",
     "Noise",
     "Response",
     "Samples",

@@ -52,23 +52,53 @@ def simulate(strip: Strip, time_s: ArrayLike, power_w: ArrayLike, *, inner_step_
         raise ValueError("time_s must be finite and strictly increasing")
     if not (np.all(np.isfinite(power)) and np.all(power >= 0.0)):
         raise ValueError(f"power_w must be finite and >= 0 W, its least value is {np.min(power)!r}")
-    heat = _heat(strip)
-    fastest_per_s = 4.0 * (heat[0] + heat[1]) + heat[2]
-    if not 0.0 < inner_step_s * fastest_per_s < 1.9:
-        raise ValueError(f"inner_step_s = {inner_step_s!r}, must be in (0, {1.9 / fastest_per_s:.2g}) s")
+    live = LiveStrip(strip, inner_step_s)
+    surface_k, back_k, bulk_k, nematic, stretch = live.run(time, power)
+    displacement_m = strip.length_m * (1.0 - stretch / live.at_rest)
+    return Response(strip, time, power, surface_k, back_k, bulk_k, nematic, displacement_m, live.field_k)
 
-    half_width = half_widths_k(strip)
-    kinetics = (strip.transition_k, _logistic_scale_k(strip), strip.relaxation_s)
-    temperature, fraction, plays = _rest(strip)
-    haller, pull = _haller(strip), _stress_over_modulus(strip)
-    at_rest = physics.mean_stretch(temperature, fraction, haller, pull)
-    out = physics.run(
-        time, power, inner_step_s, (temperature, fraction, plays),
-        heat, _light(strip), _loss_area(strip), kinetics, half_width, haller, pull,
-    )  # fmt: skip
-    surface_k, back_k, bulk_k, nematic, stretch = out
-    displacement_m = strip.length_m * (1.0 - stretch / at_rest)
-    return Response(strip, time, power, surface_k, back_k, bulk_k, nematic, displacement_m, temperature)
+
+class LiveStrip:
+    """A strip that lives from step to step; temperature is that of the lit face, which the camera sees.
+
+    Raises:
+        ValueError: An inner step beyond the stability of the explicit rule.
+    """
+
+    def __init__(self, strip: Strip, inner_step_s: float = INNER_STEP_S) -> None:
+        heat = _heat(strip)
+        fastest_per_s = 4.0 * (heat[0] + heat[1]) + heat[2]
+        if not 0.0 < inner_step_s * fastest_per_s < 1.9:
+            raise ValueError(f"inner_step_s = {inner_step_s!r}, must be in (0, {1.9 / fastest_per_s:.2g}) s")
+        haller, pull = _haller(strip), _stress_over_modulus(strip)
+        kinetics = (strip.transition_k, _logistic_scale_k(strip), strip.relaxation_s)
+        self.strip = strip
+        self._inner_step_s = inner_step_s
+        self._state = _rest(strip)
+        self.field_k = self._state[0]
+        self.at_rest = physics.mean_stretch(self.field_k, self._state[1], haller, pull)
+        self._physics = heat, _light(strip), _loss_area(strip), kinetics, half_widths_k(strip), haller, pull
+        self.temperature_k, self.displacement_m = strip.ambient_k, 0.0
+
+    def run(self, time_s: Floats, power_w: Floats) -> tuple[Floats, ...]:
+        """Go on through the times (n,) [s]: surface, back, bulk temperature, fraction, stretch, (n,) each."""
+        return physics.run(time_s, power_w, self._inner_step_s, self._state, *self._physics)
+
+    def step(self, power_w: float, dt_s: float) -> None:
+        """Go on by `dt_s` [s] under constant power [W]."""
+        surface_k, _, _, _, stretch = self.run(np.array([0.0, dt_s]), np.full(2, power_w))
+        self.temperature_k = float(surface_k[-1])
+        self.displacement_m = self.strip.length_m * (1.0 - float(stretch[-1]) / self.at_rest)
+
+    @property
+    def measured_temperature_k(self) -> float:
+        """The camera adds nothing of its own [K]."""
+        return self.temperature_k
+
+    @property
+    def measured_displacement_m(self) -> float:
+        """Nor does the distance sensor [m]."""
+        return self.displacement_m
 
 
 def loop(strip: Strip, temperature_k: ArrayLike) -> tuple[Floats, Floats]:

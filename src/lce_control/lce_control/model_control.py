@@ -33,9 +33,9 @@ class ModelController:
         model: Model,
         max_power_w: float = 2.0,
         hottest_k: float = math.inf,
-        horizon_s: float = 0.2,
+        horizon_s: float = 0.3,
         camera_noise_k: float = 0.06,
-        bias_s: float = 0.2,
+        bias_s: float = 0.05,
         delay_s: float = 0.0,
     ) -> None:
         self.max_power_w, self.hottest_k, self.horizon_s = max_power_w, hottest_k, horizon_s

@@ -47,9 +47,9 @@ class ModelController(ControllerNode):
         hottest_c = self.declare("max_temperature_c", 110.0, "the strip is not led beyond", unit="°C",
                                  lower=30.0, upper=250.0, read_only=True)  # fmt: skip
         settings = {
-            "horizon_s": self.declare("horizon_s", 0.2, "how long a power is meant to be held", unit="s",
+            "horizon_s": self.declare("horizon_s", 0.3, "how long a power is meant to be held", unit="s",
                                       lower=0.02, upper=2.0, read_only=True),
-            "bias_s": self.declare("bias_s", 0.2, "time constant of the bias of the displacement", unit="s",
+            "bias_s": self.declare("bias_s", 0.05, "time constant of the bias of the displacement", unit="s",
                                    lower=0.02, upper=10.0, read_only=True),
             "camera_noise_k": self.declare("camera_noise_k", 0.06, "standard deviation of the camera's noise",
                                            unit="K", lower=0.001, upper=5.0, read_only=True),

@@ -59,7 +59,7 @@ class Observer:
     ``strip`` starts at rest at the temperature that is given [K].
     """
 
-    def __init__(self, model: Model, temperature_k: float, camera_noise_k: float = 0.06, bias_s: float = 0.2) -> None:
+    def __init__(self, model: Model, temperature_k: float, camera_noise_k: float = 0.06, bias_s: float = 0.05) -> None:
         self.strip = BelievedStrip(model, temperature_k)
         self.strip.step(0.0, 0.0)
         self.camera_noise_k, self.bias_s = camera_noise_k, bias_s
