@@ -27,7 +27,9 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("plant", default_value="simulated", choices=["simulated", "hardware"]),
             DeclareLaunchArgument("namespace", default_value="lce"),
             DeclareLaunchArgument(
-                "model", default_value="", description="model file of controller and simulated strip"
+                "model",
+                default_value=PathJoinSubstitution([share, "config", "models", "strip.yaml"]),
+                description="model file of controller and simulated strip",
             ),
             DeclareLaunchArgument("mode", default_value="double", choices=["double", "single", "model"]),
             DeclareLaunchArgument("gains", default_value=own, description="parameter file over control.yaml"),
