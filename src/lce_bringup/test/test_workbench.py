@@ -21,8 +21,8 @@ from lce_bringup.workbench import drawings, figures, session
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
 from lce_bringup.workbench.jobs import Job, warm_up
-from lce_bringup.workbench.page import page
-from lce_bringup.workbench.server import tend
+from lce_bringup.workbench.page import Page
+from lce_bringup.workbench.server import load, tend
 from lce_bringup.workbench.tabs.look import lit, run_figures, shares
 from lce_bringup.workbench.tabs.take_away import command_lines
 from lce_model import KELVIN, LceError, default_model, simulate
@@ -80,8 +80,8 @@ def told(folder: Path, story: Story, tab: str = "Runs") -> None:
     @asynccontextmanager
     async def opened() -> AsyncIterator[tuple[User, Workbench]]:
         bench = Workbench(folder)
-        async with user_simulation(lambda: page(bench, tab)) as user:
-            await bench.open()
+        async with user_simulation(lambda: Page(bench, tab) and None) as user:
+            await load(bench)
             await user.open("/")
             tending = asyncio.create_task(tend(bench))
             yield user, bench

@@ -33,7 +33,9 @@ class Entry:
 
 
 class Workbench:
-    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew."""
+    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew; it draws
+    once all is ``ready``, that is, loaded.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
@@ -42,6 +44,7 @@ class Workbench:
         self.job: Job | None = None
         self.ear = Ear()
         self.busy = ""
+        self.ready = False
         self.version = 0
         self._models: dict[int, Model] = {}
         self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
@@ -57,9 +60,10 @@ class Workbench:
         self._change(Session(self.folder, roles, self.session.models, self.session.current))
         for name, role in roles.items():
             if role != "off":
-                await self.read(name)
+                await self._read(name)
+        self.version += 1
 
-    async def read(self, name: str) -> None:
+    async def _read(self, name: str) -> None:
         """Read a run, once."""
         from lce_analysis.experiment import read_run
 
@@ -72,13 +76,12 @@ class Workbench:
         except LceError as error:
             self.entries[name] = Entry(entry.path, error=str(error).replace(f"{self.folder}/", ""))
         self.busy = ""
-        self.version += 1
 
     async def set_role(self, name: str, role: Role) -> None:
         """A run to learn from, to hold out, or to leave aside."""
-        self._change(self.session.with_role(name, role))
         if role != "off":
-            await self.read(name)
+            await self._read(name)
+        self._change(self.session.with_role(name, role))
 
     def runs(self, role: Role) -> dict[str, Run]:
         """The readable runs of a role."""
@@ -162,7 +165,6 @@ class Workbench:
             raise LceError(f"{self.job.name} is under way; one at a time")
         self.session.place.mkdir(exist_ok=True)
         self.job, self._then = Job(name, work, arguments, measure, gentle), then
-        self.version += 1
 
     def start_model(self, name: str, work: Work, how: str, parent: int | None, **arguments: Any) -> None:
         """Begin a job that writes the next model of the history."""
@@ -187,14 +189,12 @@ class Workbench:
             return
         if job.state == "done" or (job.gentle and job.state != "running"):
             self._then()
-        if job.state != "running":
             self.version += 1
 
     def cancel(self) -> None:
         """End the job."""
         if self.job is not None:
             self.job.cancel()
-            self.version += 1
 
     def close(self) -> None:
         """End the job, a gentle one in order, and stop listening."""

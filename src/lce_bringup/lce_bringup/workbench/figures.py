@@ -9,15 +9,17 @@ import secrets
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 import numpy as np
 from nicegui import app, ui
 from numpy.typing import NDArray
 
-from lce_analysis.report import Block, Fragment, Samples
+if TYPE_CHECKING:
+    from lce_analysis.report import Block
 
 Floats = NDArray[np.float64]
-Blocks = Callable[[], Sequence[Block]]
+Blocks = Callable[[], "Sequence[Block]"]
 
 _shown: dict[str, Blocks] = {}
 HEAD = """<link rel="stylesheet" href="/static/uPlot.css"><link rel="stylesheet" href="/static/figures.css">
@@ -27,7 +29,7 @@ HEAD = """<link rel="stylesheet" href="/static/uPlot.css"><link rel="stylesheet"
 
 def serve_scripts() -> None:
     """The report's script and style, uPlot, and the style of the page."""
-    uplot, report, here = files("uplot") / "static", files("lce_analysis.report"), files(__package__)
+    uplot, report, here = files("uplot") / "static", files("lce_analysis") / "report", files(__package__)
     for name, file in (
         ("uPlot.js", uplot / "uPlot.iife.js"),
         ("uPlot.css", uplot / "uPlot.min.css"),
@@ -42,6 +44,8 @@ def packed(key: str) -> bytes | None:
     """What the page fetches: the length of a JSON text, the text {html, figures}, and the numbers, float32."""
     if key not in _shown:
         return None
+    from lce_analysis.report import Fragment, Samples
+
     numbers = Samples()
     page = Fragment(numbers)
     html = "".join(page.block(block) for block in _shown[key]())

@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from lce_bringup.workbench import drawings
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
+
+if TYPE_CHECKING:
+    from lce_analysis.report import Block
 
 
 class JobStrip:
@@ -21,7 +25,7 @@ class JobStrip:
             self._told = ui.label().props("role=status").mark("job")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="progress of the job"')
             ui.button("Cancel", on_click=bench.cancel).props("outline no-caps").mark("cancel")
-            self._course = Figures(lambda: drawings.course(bench.job.measure if bench.job else "")).classes("course")
+            self._course = Figures(self._empty).classes("course")
         self._failed = ui.label().classes("bad failed").props("role=alert").mark("job failed")
 
     def follow(self) -> None:
@@ -46,3 +50,8 @@ class JobStrip:
         number = f", {job.measure} {now.rms:.3g} σ" if math.isfinite(now.rms) else ""
         self._told.text = f"{job.name}: {now.label} {now.done}/{now.total}{number} · {job.seconds:.0f} s"
         self._bar.value = now.done / now.total if now.total else 0.0
+
+    def _empty(self) -> Sequence[Block]:
+        from lce_bringup.workbench import drawings
+
+        return drawings.course(self._bench.job.measure) if self._bench.job is not None else []

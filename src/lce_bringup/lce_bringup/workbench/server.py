@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, Final
 
@@ -13,7 +14,7 @@ from nicegui import app, background_tasks, ui
 from lce_bringup.workbench import figures, jobs
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
-from lce_bringup.workbench.page import page
+from lce_bringup.workbench.page import Page
 from lce_bringup.workbench.session import Role
 
 TEND_S: Final = 0.05
@@ -33,12 +34,20 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
 
     @ui.page("/")
     def show(tab: str = "Runs") -> None:
-        page(bench, tab)
+        Page(bench, tab)
 
     app.on_startup(jobs.warm_up)
-    app.on_startup(lambda: _background(lambda: bench.open(chosen)))
+    app.on_startup(lambda: _background(lambda: load(bench, chosen)))
     app.on_startup(lambda: _background(lambda: tend(bench)))
     app.on_shutdown(bench.close)
+
+
+async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
+    """Load the analysis, then the runs; pages are there meanwhile."""
+    bench.busy = "loading the analysis"
+    await asyncio.to_thread(importlib.import_module, "lce_bringup.workbench.tabs")
+    bench.ready = True
+    await bench.open(chosen)
 
 
 async def tend(bench: Workbench) -> None:

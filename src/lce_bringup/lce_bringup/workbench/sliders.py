@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,7 @@ from lce_analysis.report import Block
 from lce_bringup.workbench import drawings
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
+from lce_bringup.workbench.memory import remember, remembered
 from lce_bringup.workbench.telling import telling
 from lce_model import Model, Value
 
@@ -27,7 +29,8 @@ def sliders(bench: Workbench) -> None:
     assert start is not None
     moved: Model = start
     ui.html("<h2>By hand</h2>", sanitize=False)
-    chosen = ui.select(names, value=names[0], label="Run").classes("chosen")
+    chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
+    chosen.on_value_change(partial(remember, "run"))
 
     def curves() -> Sequence[Block]:
         run = bench.entries[str(chosen.value)].run

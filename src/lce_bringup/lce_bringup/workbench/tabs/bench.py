@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -20,6 +21,11 @@ from lce_model.waveforms import SHAPES
 
 LEVELS: Final = ("ok", "warning", "error")
 ARMED: Final = "hardware"
+
+
+def bench(workbench: Workbench) -> Callable[[], None]:
+    """The tab, and what brings it up to date."""
+    return Bench(workbench).follow
 
 
 class Bench:

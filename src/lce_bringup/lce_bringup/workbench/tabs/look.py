@@ -15,6 +15,7 @@ from lce_analysis.report.comparison import misfit, where
 from lce_analysis.report.run import Colouring, run_section
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
+from lce_bringup.workbench.memory import remember, remembered
 
 if TYPE_CHECKING:
     from lce_analysis.compare import Comparison, Quantity
@@ -36,8 +37,11 @@ def look(bench: Workbench) -> None:
 
     Figures(partial(shares, bench), light).mark("shares")
     with ui.row().classes("line"):
-        chosen = ui.select(names, value=names[0], label="Run").mark("chosen run")
-        by = ui.select(list(get_args(Colouring)), value="nothing", label="Loop coloured by").mark("loop by")
+        chosen = ui.select(names, value=remembered("run", names), label="Run").mark("chosen run")
+        ways = list(get_args(Colouring))
+        by = ui.select(ways, value=remembered("loop by", ways), label="Loop coloured by").mark("loop by")
+    for key, choice in (("run", chosen), ("loop by", by)):
+        choice.on_value_change(partial(remember, key))
     figures = Figures(lambda: run_figures(bench, str(chosen.value), by.value or "nothing"))
     figures.mark("run figures")
     for choice in (chosen, by):
