@@ -11,17 +11,18 @@ import yaml
 from run_command import lce
 
 from lce_bringup.cli import main
-from lce_model import KELVIN, default_model, save_model, simulate
+from lce_model import KELVIN, Model, default_model, save_model, simulate
 
 HEADER = "time_s,power_w,temperature_c,displacement_m"
+STRIP = default_model()
 Lines = list[str]
 
 
-def _rows() -> Lines:
+def _rows(strip: Model = STRIP) -> Lines:
     """A good CSV of 20 s at 10 Hz."""
     time = np.arange(0.0, 20.0, 0.1)
     power = np.where((time > 1.0) & (time < 10.0), 1.2, 0.0)
-    made = simulate(default_model(), time, power)
+    made = simulate(strip, time, power)
     table = zip(time, power, made.temperature_k - KELVIN, made.displacement_m, strict=True)
     return [HEADER, *(f"{t:.2f},{p},{c:.3f},{d:.7f}" for t, p, c, d in table)]
 
@@ -174,6 +175,20 @@ def test_runs_of_two_strips(
         about["conditions"]["strip_length_m"] = length_m
         (tmp_path / name / "experiment.yaml").write_text(yaml.safe_dump(about), encoding="utf-8")
     refused(command("short", "long"), "long: ")
+
+
+def test_a_table_of_another_strip_is_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    other = default_model().set({"lumped.gain": 22.0})
+    for name, strip in (("one", default_model()), ("two", default_model()), ("stranger", other)):
+        (tmp_path / f"{name}.csv").write_text("\n".join(_rows(strip)) + "\n", encoding="utf-8")
+    assert main(["fit", "one.csv", "two.csv", "--deformation", "none", "--out", "same.yaml"]) == 0
+    assert "another strip" not in capfd.readouterr().err
+    assert main(["fit", "one.csv", "two.csv", "stranger.csv", "--deformation", "none", "--out", "m.yaml"]) == 0
+    (told,) = [line for line in capfd.readouterr().err.splitlines() if "another strip" in line]
+    assert "stranger alone has lumped.gain = 22 K/W (the other runs 30)" in told
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_analysis.diagnose import diagnose
     from lce_analysis.diagnose.page import page
     from lce_analysis.experiment import read_runs
+    from lce_analysis.fit.one_strip import strangers
     from lce_bringup.progress import FitBar
     from lce_model import load_model
     from lce_model.effects import find, library
@@ -41,6 +43,9 @@ def main(args: argparse.Namespace) -> int:
     effects = [*library().values(), *(find(e) for e in args.effect)]
     with FitBar() as bar, cluster.chosen(args.backend, args.scheduler):
         diagnosis = diagnose(model, runs, test_runs, effects, bar)
+        doubts = strangers(runs, bar)
+    for doubt in doubts:
+        print(f"lce: {doubt}", file=sys.stderr)
     report = page(diagnosis, runs, test_runs) if args.report else ""
     if args.json:
         write_atomically(args.json, json.dumps(diagnosis.as_json(), indent=1) + "\n")

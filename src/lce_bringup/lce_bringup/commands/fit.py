@@ -64,6 +64,7 @@ def main(args: argparse.Namespace) -> int:
     """Fit, print what was found, write the model file or files."""
     from lce_analysis.experiment import read_runs
     from lce_analysis.fit import fit, fit_each
+    from lce_analysis.fit.one_strip import strangers
     from lce_analysis.fit.profile import profiles
     from lce_bringup.progress import FitBar
     from lce_model import save_model
@@ -77,7 +78,11 @@ def main(args: argparse.Namespace) -> int:
         else:
             results = (fit(model, runs, args.drive, bar, args.seed),)
             targets = [args.out]
+        asked = not args.per_run and not results[0].interrupted
+        doubts = strangers(runs, bar) if asked else ()
         found = [profiles(r.problem, bar) if args.profile and not r.interrupted else () for r in results]
+    for doubt in doubts:
+        print(f"lce: {doubt}", file=sys.stderr)
     for result, target, profiled in zip(results, targets, found, strict=False):
         save_model(result.model, target)
         print(_summary(result))
