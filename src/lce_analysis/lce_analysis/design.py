@@ -36,6 +36,8 @@ CAMERA_STEP: Final = 10
 SIGMA: Final = {CAMERA: 0.06, DISTANCE: 4e-6}
 """Noise of the sensors, K and m rms."""
 NOISE: Final = {column: Noise(np.empty(0), sigma, sigma) for column, sigma in SIGMA.items()}
+FILLED: Final = 0.99
+"""Of the duration allowed: the parts of a waveform are rounded to samples."""
 BROAD, LOCAL, CONFIRMED = 120, 40, 3
 """Random waveforms tried, variations of the best, and how many are confirmed by refitting the rival."""
 
@@ -189,7 +191,7 @@ def _refitted(rivals: _Rivals, found: Design, progress: Progress) -> float:
 def _random(rng: np.random.Generator, limits: Limits) -> tuple[str, dict[str, tuple[float, ...]]]:
     """A waveform of a random kind that fills a good part of the time allowed."""
     kind = str(rng.choice(["stairs", "hold", "cycles", "ramp", "prbs", "pulse"]))
-    whole = limits.duration_s * rng.uniform(0.6, 1.0)
+    whole = FILLED * limits.duration_s * rng.uniform(0.6, 1.0)
     low, high = np.sort(rng.uniform(0.05, 1.0, 2)) * limits.power_w
     rest = whole * rng.uniform(0.1, 0.4)
     busy = whole - rest
@@ -230,7 +232,7 @@ def _varied(
             continue
         top = limits.power_w if spec.unit == "W" else spec.upper
         changed[key] = tuple(float(np.clip(x * rng.lognormal(0.0, 0.1), spec.lower, top)) for x in values)
-    long = shape.duration_s(changed) / limits.duration_s
+    long = shape.duration_s(changed) / (FILLED * limits.duration_s)
     if long > 1.0:
         changed = {k: tuple(x / long for x in v) if shape.options[k].unit == "s" else v for k, v in changed.items()}
     return changed

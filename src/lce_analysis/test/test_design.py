@@ -17,19 +17,19 @@ def _silent(label: str, done: int, total: int, rms: float) -> None:
     [("equilibrium", ("thermal_gradient", "creep")), ("none", ("radiation", "laser_saturation"))],
 )
 def test_a_waveform_within_the_limits_that_separates_the_rivals(deformation: str, between: tuple[str, str]) -> None:
-    limits = Limits(power_w=1.5, temperature_k=80.0 + KELVIN, duration_s=60.0)
+    limits = Limits(power_w=1.5, temperature_k=80.0 + KELVIN, duration_s=40.0)
     found = design(default_model("lumped", deformation), between, limits, _silent)
-    assert found.separation > 10.0
+    assert found.separation > 2.0
     assert found.power_w.min() >= 0.0
     assert found.power_w.max() <= 1.5
     assert found.hottest_k <= 80.0 + KELVIN + 0.05
-    assert found.time_s[-1] < 60.05  # its parts are rounded to samples
+    assert found.time_s[-1] <= 40.0
     assert np.all(np.diff(found.time_s) > 0.0)
 
 
 def test_an_effect_is_not_told_from_itself() -> None:
     with pytest.raises(LceError, match="creep and creep are one effect"):
-        design(default_model(), ("creep", "creep"), Limits(1.0, 350.0, 60.0), _silent)
+        design(default_model(), ("creep", "creep"), Limits(1.0, 350.0, 30.0), _silent)
 
 
 def test_an_experiment_needs_time() -> None:
