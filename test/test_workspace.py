@@ -15,6 +15,7 @@ ROSDEP = {  # import name: rosdep key, where they differ
     "gi": "",  # the camera's library, by hand: docs/hardware.md
     "launch_testing": "",
     "distributed": "",  # optional: docs/diagnosis.md
+    "control": "",  # requirements/ubuntu.txt
     "fastapi": "",  # comes with nicegui
     "joblib": "python3-joblib",
     "mcap": "",  # requirements/ubuntu.txt

@@ -16,6 +16,7 @@ from lce_bringup import __version__
 
 COMMANDS = {
     "run": "run an experiment on the node graph and record it",
+    "tune": "controller gains on the identified model",
     "control": "position control on the node graph: targets in, figures out",
     "repair": "make a recording that a crash cut short readable by every tool",
     "fit": "identify a model from recorded runs",

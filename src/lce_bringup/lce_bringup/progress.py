@@ -10,9 +10,13 @@ from tqdm import tqdm
 
 
 class FitBar:
-    """What an identification is doing, and its error falling: the `progress` of lce_analysis.fit."""
+    """What an identification is doing, and its error falling: the `progress` of lce_analysis.fit.
 
-    def __init__(self) -> None:
+    ``form`` is how the error is shown.
+    """
+
+    def __init__(self, form: str = "residual {:.3g} σ") -> None:
+        self._form = form
         self._bar: tqdm[None] | None = None
         self._shown = -1.0
 
@@ -34,7 +38,7 @@ class FitBar:
         bar = self._bar
         bar.total, bar.n = total, done
         bar.set_description_str(label, refresh=False)
-        bar.set_postfix_str(f"residual {rms:.3g} σ" if math.isfinite(rms) else "", refresh=False)
+        bar.set_postfix_str(self._form.format(rms) if math.isfinite(rms) else "", refresh=False)
         bar.update(0)
         if bar.format_dict["elapsed"] - self._shown > 0.1:
             self._shown = bar.format_dict["elapsed"]

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lce_bringup.graph import Plan
     from lce_bringup.positioning import Positioning
-    from lce_model import Model
 
 MODES = ("double", "single", "model")
 
@@ -60,7 +59,7 @@ def main(args: argparse.Namespace) -> int:
 
     model_file = args.model or _default_strip()
     strip = simulated_strip(model_file, parse_settings(args.set))
-    plans = _plans(args, model_file, strip)
+    plans = _plans(args, model_file)
     interruptible()
     runs: list[Positioning] = []
     for plan, target_mm in zip(plans, args.targets, strict=True):
@@ -82,11 +81,12 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
-def _plans(args: argparse.Namespace, model_file: Path, strip: Model) -> list[Plan]:
+def _plans(args: argparse.Namespace, model_file: Path) -> list[Plan]:
     """Everything that can be wrong is found here, before anything is started or written."""
     from lce_bringup import graph
     from lce_bringup.positioning import check_reach
-    from lce_bringup.recording import conditions, folders, seeded, topics
+    from lce_bringup.positioning_plan import SimulatedBench, plan
+    from lce_bringup.recording import folders, seeded
     from lce_bringup.settings import parse_settings
     from lce_model import LceError, load_model
 
@@ -99,33 +99,12 @@ def _plans(args: argparse.Namespace, model_file: Path, strip: Model) -> list[Pla
     seed = seeded(args.seed)
     names = [f"{target_mm:g}mm_{k}" if args.targets.count(target_mm) > 1 else f"{target_mm:g}mm"
              for k, target_mm in enumerate(args.targets)]  # fmt: skip
-    controllers = graph.CONTROLLERS[args.mode]
+    bench = SimulatedBench(model_file, parse_settings(args.set), args.gains)
+    places = folders(args.out, f"control_{args.mode}", names)
     return [
-        graph.Plan(
-            f"control {target_mm:g} mm, {args.mode}",
-            args.hold,
-            folder,
-            model_file,
-            parse_settings(args.set),
-            seed + k,
-            args.fast,
-            conditions(strip),
-            topics(strip),
-            graph.TARGET_PLAYER,
-            controllers,
-            tuple(f for f in (graph.config_file("control.yaml"), args.gains) if f is not None),
-            {
-                graph.TARGET_PLAYER.name: {
-                    "target_m": [1e-3 * target_mm],
-                    "duration_s": args.hold,
-                    "wait_for": [c.name for c in controllers if c in graph.FOLLOWERS],
-                },
-                **{c.name: {"model_file": str(model_file.resolve())} for c in controllers if c in graph.MODEL_READERS},
-            },
-        )
-        for k, (target_mm, folder) in enumerate(zip(args.targets, folders(args.out, f"control_{args.mode}", names),
-                                                    strict=True))
-    ]  # fmt: skip
+        plan(args.mode, 1e-3 * target_mm, bench, folder, seed + k, args.hold, args.fast)
+        for k, (target_mm, folder) in enumerate(zip(args.targets, places, strict=True))
+    ]
 
 
 def _default_strip() -> Path:

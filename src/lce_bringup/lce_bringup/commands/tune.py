@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lce tune`: controller gains on the identified model, then on the bench."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lce_bringup.progress import FitBar
+    from lce_control.tuning import Requirements, Tuned
+    from lce_control.tuning_tasks import ModelBench
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of `lce tune`."""
+    parser.add_argument(
+        "--model", type=Path, required=True, metavar="M.yaml", help="model file, as `lce fit` writes it"
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar="gains.yaml", help="ROS parameter file to write")
+    parser.add_argument("--rise", type=float, default=math.inf, metavar="S", help="slowest rise to 80 %%; default: any")
+    parser.add_argument("--overshoot", type=float, default=0.05, metavar="F", help="largest overshoot (0.05 of a step)")
+    parser.add_argument(
+        "--undershoot", type=float, default=0.05, metavar="F", help="largest fall below the target afterwards (0.05)"
+    )
+    parser.add_argument(
+        "--settling", type=float, default=math.inf, metavar="S", help="slowest settling within 2 %%; default: any"
+    )
+    parser.add_argument(
+        "--bench",
+        type=Path,
+        nargs="?",
+        const=Path(),
+        metavar="STRIP.yaml",
+        help="refine the gains on the running nodes, with this strip (default: the model itself) on simulated time",
+    )
+    parser.add_argument("--experiments", type=int, default=20, metavar="N", help="tries on the bench, each mode (20)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the search; the same seed, the same gains")
+    parser.add_argument("--report", type=Path, metavar="F.html", help="write steps, Bode diagrams and margins")
+    parser.epilog = "The gains are those of both modes, double and single: `lce control --gains gains.yaml` takes them."
+
+
+def main(args: argparse.Namespace) -> int:
+    """Search, refine, write."""
+    from lce_bringup.graph import laser_limit_w
+    from lce_bringup.progress import FitBar
+    from lce_bringup.tuning_bench import as_yaml
+    from lce_bringup.tuning_page import HEAD, page, rows
+    from lce_control.tuning import Requirements
+    from lce_control.tuning_tasks import ModelBench, tune
+    from lce_model import load_model
+    from lce_model.model_file import write_atomically
+
+    wanted = Requirements(args.rise, args.settling, args.overshoot, args.undershoot)
+    bench = ModelBench.of(load_model(args.model), laser_limit_w())
+    with FitBar("ITAE {:.3%}") as bar:
+        found = tune(bench, wanted, bar, args.seed)
+        if args.bench is not None:
+            found = _refined(args, bench, found, wanted, bar)
+    _, double, single = found
+    table = [HEAD, *rows(found)]
+    widths = [max(len(row[i]) for row in table) for i in range(len(HEAD))]
+    print("\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in table))
+    told = f"# Written by lce tune for the strip of {args.model.name}.\n"
+    write_atomically(args.out, told + as_yaml({**double.parameters, **single.parameters}))
+    if args.report:
+        write_atomically(args.report, page(found, wanted, bench, (f"Model: {args.model}.",)))
+    for path in (args.out, args.report):
+        if path:
+            print(path)
+    return 0
+
+
+def _refined(
+    args: argparse.Namespace, bench: ModelBench, found: Sequence[Tuned], wanted: Requirements, bar: FitBar
+) -> tuple[Tuned, Tuned, Tuned]:
+    from lce_bringup.positioning_plan import SimulatedBench
+    from lce_bringup.tuning_bench import on_the_bench
+    from lce_control.tuning import refine
+
+    inner, double, single = found
+    strip = None if args.bench == Path() else args.bench
+    experiment = SimulatedBench(args.model, strip_file=strip)
+    better = [
+        refine(on_the_bench(task, experiment, bench.targets_m, bench.duration_s), start, wanted, bar, args.experiments)
+        for task, start in ((bench.double(inner), double), (bench.single(), single))
+    ]
+    return inner, better[0], better[1]

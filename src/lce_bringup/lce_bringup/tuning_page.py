@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tuned controllers as a page: the steps, the Bode diagrams of the open loops, and the margins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from lce_analysis.report import Axis, Curve, Grid, Lines, Section, Table, render
+from lce_bringup import __version__
+from lce_control.linear import OMEGA, Complex
+from lce_control.tuning import Requirements, Step, Tuned
+from lce_control.tuning_tasks import ModelBench
+
+HEAD = ("loop", "rise to 80 % [s]", "settling in 2 % [s]", "overshoot", "undershoot", "ITAE", "gain margin [dB]",
+        "phase margin [°]")  # fmt: skip
+TIME = Axis("time", "s")
+FREQUENCY = Axis("lg ω", "lg rad/s")
+
+
+def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
+    """The worst figures of each controller as text, in the columns of ``HEAD``."""
+    lines: list[tuple[str, ...]] = []
+    for tuned in found:
+        worst = tuned.worst()
+        lines.append(
+            (
+                tuned.name,
+                _or(worst["rise_s"], "{:.2f}", "never"),
+                _or(worst["settling_s"], "{:.2f}", "never"),
+                f"{worst['overshoot']:.2%}",
+                f"{worst['undershoot']:.2%}",
+                f"{tuned.itae:.2%}",
+                _or(20.0 * math.log10(worst["gain_margin"]), "{:.1f}", "∞"),
+                _or(worst["phase_margin_deg"], "{:.0f}", "∞"),
+            )
+        )
+    return lines
+
+
+def page(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about: Sequence[str]) -> str:
+    """The HTML; ``found`` are the inner loop alone, the double loop and the single one."""
+    targets = ", ".join(f"{1e3 * target_m:.2f}" for target_m in bench.targets_m)
+    least_db = 20.0 * math.log10(wanted.gain_margin)
+    answer = (
+        f"Gains of the double and the single loop, tuned on steps to {targets} mm.",
+        f"Required: overshoot ≤ {wanted.overshoot:.1%}, undershoot ≤ {wanted.undershoot:.1%}, "
+        f"rise ≤ {wanted.rise_s:g} s, settling ≤ {wanted.settling_s:g} s, "
+        f"gain margin ≥ {least_db:.1f} dB, phase margin ≥ {wanted.phase_margin_deg:g}°.",
+    )
+    notes = (
+        "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
+        "those of the loops linearised at the power that holds the middle target, where displacement over temperature "
+        "is steepest, samples counted as old as they are; what the controller extrapolates is left out."
+    )
+    sections = [
+        Section("Figures", (Table("", HEAD, rows(found)), notes)),
+        Section("Gains", (Table("", ("node", "parameter", "value"), _gains(found)),)),
+    ]
+    sections += [Section(_heading(tuned), (_steps(tuned), *_bodes(tuned))) for tuned in found]
+    return render("lce tune", answer, sections, (*about, f"Written by lce {__version__}."))
+
+
+def _gains(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
+    _, *modes = found
+    return [
+        (node, name, f"{value:g}")
+        for tuned in modes
+        for node, own in tuned.parameters.items()
+        for name, value in own.items()
+    ]
+
+
+def _heading(tuned: Tuned) -> str:
+    return {"inner": "Inner loop alone, temperature", "double": "Double loop", "single": "Single loop"}[tuned.name]
+
+
+def _steps(tuned: Tuned) -> Grid:
+    return Grid(tuple(_step(step, tuned.name) for step in tuned.steps))
+
+
+def _step(step: Step, name: str) -> Lines:
+    percent = Curve("reached", 100.0 * step.reached / step.setpoint, "measured")
+    target = Curve("setpoint", np.full(step.time_s.size, 100.0), "model", "dashed")
+    title = f"step of {step.setpoint:.1f} K" if name == "inner" else f"step to {1e3 * step.setpoint:.2f} mm"
+    return Lines(title, TIME, Axis("reached", "%"), step.time_s, (percent, target), name)
+
+
+def _bodes(tuned: Tuned) -> tuple[Grid, ...]:
+    return tuple(_bode(name, loop) for name, loop in tuned.open_loops.items())
+
+
+def _bode(name: str, loop: Complex) -> Grid:
+    """Magnitude and phase over the frequency; the dashed lines are where a margin is read off."""
+    decades = np.log10(OMEGA)
+    phase = np.degrees(np.unwrap(np.angle(loop)))
+    none, half_turn = np.zeros(OMEGA.size), np.full(OMEGA.size, -180.0)
+    return Grid(
+        (
+            Lines(f"open {name} loop, magnitude", FREQUENCY, Axis("|L|", "dB"), decades,
+                  (Curve("L", 20.0 * np.log10(np.abs(loop)), "model"), Curve("0 dB", none, "quiet", "dashed")), name),
+            Lines(f"open {name} loop, phase", FREQUENCY, Axis("∠L", "°"), decades,
+                  (Curve("L", np.maximum(phase, -360.0), "model"), Curve("-180°", half_turn, "quiet", "dashed")), name),
+        ),
+        (1, 1),
+    )  # fmt: skip
+
+
+def _or(value: float, form: str, otherwise: str) -> str:
+    return form.format(value) if math.isfinite(value) else otherwise

@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulation–experiment method of §6.3, with a library's optimiser in the place of Simulink Design Optimization.
+
+A candidate is judged by its closed loops to several setpoints. The smallest time-weighted error (ITAE) is sought
+
+    J = max over the steps of  ∫ t |e| dt / ∫ t dt,   e = 1 - y/r
+
+among the candidates that meet the requirements, which are constraints: rise time, settling, overshoot, undershoot, and
+the gain and phase margins of the linearised loops. scipy's differential evolution finds it on the model, Nelder–Mead
+goes on from there in the experiment; both over logarithms, of K_p, T_i = K_p/K_i, T_d = K_d/K_p, N and follow_k.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, NonlinearConstraint, OptimizeResult, differential_evolution, minimize
+
+from lce_control.linear import Complex, Margins, margins
+from lce_control.metrics import StepMetrics, step_metrics
+from lce_control.pid import Gains
+from lce_model import LceError
+
+Floats = NDArray[np.float64]
+Parameters = Mapping[str, Mapping[str, float]]
+"""ROS parameters by node name."""
+Progress = Callable[[str, int, int, float], None]
+"""Called with what is being done, steps done, steps at most, and the smallest J so far."""
+
+GENERATIONS, CANDIDATES = 12, 6
+DIGITS: Final = 3
+STEP_FIGURES: Final = ("rise_s", "settling_s", "overshoot", "undershoot")
+NEVER_S: Final = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Requirements:
+    """What every step has to be: rise to 80 % and settling within 2 % [s], over- and undershoot [fractions of it].
+
+    Undershoot is how far it falls back below the target after it was there. The margins are those of the linearised
+    loops, where they are steepest.
+    """
+
+    rise_s: float = math.inf
+    settling_s: float = math.inf
+    overshoot: float = 0.05
+    undershoot: float = 0.05
+    gain_margin: float = 2.0
+    phase_margin_deg: float = 45.0
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            if not getattr(self, name) > 0.0:
+                raise LceError(f"{name}: {getattr(self, name):g} must be above 0")
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step from 0 to ``setpoint`` and what was ``reached`` (n,), [K or m], under ``power_w`` (n,) at ``time_s``."""
+
+    setpoint: float
+    time_s: Floats
+    reached: Floats
+    power_w: Floats
+
+    @cached_property
+    def metrics(self) -> StepMetrics:
+        """Rise, settling, overshoot, late error."""
+        return step_metrics(self.time_s, self.reached, self.setpoint)
+
+    @cached_property
+    def undershoot(self) -> float:
+        """Largest fall below the setpoint after it was reached, in fractions of it."""
+        there = np.flatnonzero(self.reached >= self.setpoint)
+        return float(max(0.0, 1.0 - self.reached[there[0] :].min() / self.setpoint)) if there.size else 0.0
+
+    @cached_property
+    def itae(self) -> float:
+        """∫ t |e| dt / ∫ t dt."""
+        return float(np.sum(self.time_s * np.abs(1.0 - self.reached / self.setpoint)) / np.sum(self.time_s))
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A controller with its gains; its steps and its open loops (by name, at OMEGA) are the evidence."""
+
+    name: str
+    parameters: Parameters
+    steps: tuple[Step, ...]
+    open_loops: Mapping[str, Complex]
+    evaluations: int = 1
+
+    @cached_property
+    def margins(self) -> Mapping[str, Margins]:
+        """Of each linearised loop."""
+        return {name: margins(loop) for name, loop in self.open_loops.items()}
+
+    @property
+    def itae(self) -> float:
+        """J: that of the worst step."""
+        return max(step.itae for step in self.steps)
+
+    def worst(self) -> dict[str, float]:
+        """The worst of each figure and margin, by the names of Requirements; infinite: never."""
+        return _worst_figures(self.steps) | _least_margins(self.margins)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A controller to tune: the steps it makes with given parameters, and its open loops.
+
+    ``box`` holds the axes of the search as NODE.AXIS, (lower, upper): kp, ti, td, n, follow_k; kp is there always.
+    """
+
+    name: str
+    box: Mapping[str, tuple[float, float]]
+    steps: Callable[[Parameters], tuple[Step, ...]]
+    open_loops: Callable[[Parameters], Mapping[str, Complex]]
+
+    def tuned(self, parameters: Parameters) -> Tuned:
+        """The controller with these parameters."""
+        return Tuned(self.name, parameters, self.steps(parameters), self.open_loops(parameters))
+
+
+def gains_of(parameters: Mapping[str, float]) -> Gains:
+    """The gains among the parameters of a node."""
+    return Gains(**{name: parameters[name] for name in ("kp", "ki", "kd", "n") if name in parameters})
+
+
+def search(task: Task, wanted: Requirements, progress: Progress, seed: int = 0) -> Tuned:
+    """The parameters with the smallest J that meet the requirements; LceError where none are found."""
+    evaluations = 0
+
+    @cache
+    def candidate(x: tuple[float, ...]) -> Tuned:
+        nonlocal evaluations
+        evaluations += 1
+        return task.tuned(_parameters(task, x))
+
+    def error(x: Floats) -> float:
+        return candidate(tuple(x)).itae
+
+    def constraints(x: Floats) -> list[float]:
+        # The margins cost next to nothing: only a loop that has them is closed.
+        loops = task.open_loops(_parameters(task, tuple(x)))
+        stable = missing_margins({name: margins(loop) for name, loop in loops.items()}, wanted)
+        fails = max(stable.values()) > 0.0
+        steps = dict.fromkeys(STEP_FIGURES, 1.0) if fails else missing_figures(candidate(tuple(x)).steps, wanted)
+        return [*stable.values(), *steps.values()]
+
+    def told(intermediate_result: OptimizeResult) -> None:  # scipy passes it by this name
+        progress(task.name, int(intermediate_result.nit), GENERATIONS, float(intermediate_result.fun))
+
+    progress(task.name, 0, GENERATIONS, math.nan)
+    found = differential_evolution(
+        error,
+        Bounds(*np.log(np.array(list(task.box.values()))).T),
+        constraints=NonlinearConstraint(constraints, -np.inf, 0.0),
+        maxiter=GENERATIONS,
+        popsize=CANDIDATES,
+        init="sobol",
+        rng=np.random.default_rng(seed),
+        polish=False,
+        callback=told,
+    )
+    best = candidate(tuple(found.x))
+    check(best, wanted)
+    return replace(best, evaluations=evaluations)
+
+
+def refine(task: Task, start: Tuned, wanted: Requirements, progress: Progress, experiments: int) -> Tuned:
+    """Go on from gains of a search in the experiment, whose steps the task makes; what is missed counts as error."""
+    done: list[Tuned] = []
+
+    def error(x: Floats) -> float:
+        tuned = task.tuned(_parameters(task, tuple(x)))
+        done.append(tuned)
+        progress(f"{task.name} on the bench", len(done), experiments, min(map(cost, done)))
+        return cost(tuned)
+
+    def cost(tuned: Tuned) -> float:
+        missing = missing_margins(tuned.margins, wanted) | missing_figures(tuned.steps, wanted)
+        return tuned.itae + sum(max(x, 0.0) for x in missing.values())
+
+    first = _axes(task, start.parameters)
+    simplex = np.vstack([first, first + SIMPLEX * np.diag(np.where(np.arange(first.size) % 2, -1.0, 1.0))])
+    minimize(error, first, method="Nelder-Mead", options={"maxfev": experiments, "initial_simplex": simplex})
+    best = min(done, key=cost)
+    check(best, wanted)
+    return replace(best, evaluations=len(done))
+
+
+SIMPLEX: Final = 0.2
+"""First steps of the refinement: 20 % of each axis, up and down in turn."""
+
+
+def check(tuned: Tuned, wanted: Requirements) -> None:
+    """Raise LceError, with every figure that is missed, where a controller does not meet the requirements."""
+    missing = missing_margins(tuned.margins, wanted) | missing_figures(tuned.steps, wanted)
+    worst = tuned.worst()
+    told = [f"{name} {worst[name]:.3g} instead of {getattr(wanted, name):.3g}" for name, x in missing.items() if x > 0]
+    if told:
+        raise LceError(f"{tuned.name}: no gains found that meet the requirements; the best have {', '.join(told)}")
+
+
+def missing_margins(found: Mapping[str, Margins], wanted: Requirements) -> dict[str, float]:
+    """By which share of it each margin is missed; 0 or less where it is there."""
+    least = _least_margins(found)
+    return {
+        "gain_margin": 1.0 - min(least["gain_margin"], 1e3) / wanted.gain_margin,
+        "phase_margin_deg": 1.0 - min(max(least["phase_margin_deg"], -180.0), 180.0) / wanted.phase_margin_deg,
+    }
+
+
+def missing_figures(steps: Sequence[Step], wanted: Requirements) -> dict[str, float]:
+    """By which multiple of itself each figure of the worst step is exceeded; 0 or less where it is met."""
+    worst = _worst_figures(steps)
+    limits = {name: getattr(wanted, name) for name in STEP_FIGURES}
+    return {name: min(worst[name], NEVER_S) / min(limit, NEVER_S) - 1.0 for name, limit in limits.items()}
+
+
+def _worst_figures(steps: Sequence[Step]) -> dict[str, float]:
+    rows = [(s.metrics.rise_time_s, s.metrics.settling_time_s, s.metrics.overshoot, s.undershoot) for s in steps]
+    worst = np.max(np.where(np.isnan(rows), math.inf, rows), axis=0)
+    return dict(zip(STEP_FIGURES, worst.tolist(), strict=True))
+
+
+def _least_margins(found: Mapping[str, Margins]) -> dict[str, float]:
+    gain, phase = (min(getattr(m, name) for m in found.values()) for name in ("gain", "phase_deg"))
+    return {"gain_margin": gain, "phase_margin_deg": phase}
+
+
+def _parameters(task: Task, x: Sequence[float]) -> Parameters:
+    """ROS parameters, rounded, of a point of a search."""
+    axes: dict[str, dict[str, float]] = {}
+    for name, value in zip(task.box, np.exp(x).tolist(), strict=True):
+        node, _, axis = name.partition(".")
+        axes.setdefault(node, {})[axis] = value
+    return {node: _gains(own) for node, own in axes.items()}
+
+
+def _gains(axes: Mapping[str, float]) -> dict[str, float]:
+    kp = axes["kp"]
+    exact = {"kp": kp, "ki": kp / axes["ti"], "kd": kp * axes["td"]}
+    exact |= {name: axes[name] for name in ("n", "follow_k") if name in axes}
+    return {name: float(f"{x:.{DIGITS}g}") for name, x in exact.items()}
+
+
+def _axes(task: Task, parameters: Parameters) -> Floats:
+    """The point of a search at which parameters are."""
+    found = []
+    for name in task.box:
+        node, _, axis = name.partition(".")
+        own = parameters[node]
+        values = {"ti": own["kp"] / own["ki"], "td": own["kd"] / own["kp"], **own}
+        found.append(math.log(values[axis]))
+    return np.array(found)
