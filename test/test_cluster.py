@@ -77,6 +77,18 @@ def test_a_fit_for_each_run(folder: Path, options: list[str], monkeypatch: pytes
         assert there == here
 
 
+def test_a_bootstrap(
+    folder: Path, options: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    words = ["fit", "pulse.csv", "stairs.csv", "--deformation", "none", "--bootstrap", "6", "--out", "boot.yaml"]
+    assert main(words) == 0
+    here = capsys.readouterr().out
+    assert main([*words, *options]) == 0
+    assert "Bootstrap, 95 % of 6 draws:" in here
+    assert capsys.readouterr().out == here
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -24,7 +24,7 @@ def each(tasks: Sequence[Callable[[Progress], Result]], label: str, progress: Pr
     from joblib.parallel import get_active_backend
 
     _, workers = get_active_backend()
-    here = workers == 1
+    here = workers in (None, 1)
     results = Parallel(return_as="generator")(delayed(task)(progress if here else silent) for task in tasks)
     for done, result in enumerate(results, start=1):
         if not here:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from lce_analysis.experiment import Run
     from lce_analysis.fit import FitResult
+    from lce_bringup.progress import FitBar
     from lce_model import Model
 
 
@@ -56,6 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--per-run", action="store_true", help="one parameter set for each run (M-RUN.yaml)")
     parser.add_argument("--profile", action="store_true", help="profile likelihood of every parameter (minutes)")
+    parser.add_argument(
+        "--bootstrap", type=int, default=0, metavar="N", help="fit N times more, to resampled residuals"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the random starts; the same seed, the same result")
     cluster.add_arguments(parser)
 
@@ -65,7 +69,6 @@ def main(args: argparse.Namespace) -> int:
     from lce_analysis.experiment import read_runs
     from lce_analysis.fit import fit, fit_each
     from lce_analysis.fit.one_strip import strangers
-    from lce_analysis.fit.profile import profiles
     from lce_bringup.progress import FitBar
     from lce_model import save_model
 
@@ -80,15 +83,12 @@ def main(args: argparse.Namespace) -> int:
             targets = [args.out]
         asked = not args.per_run and not results[0].interrupted
         doubts = strangers(runs, bar) if asked else ()
-        found = [profiles(r.problem, bar) if args.profile and not r.interrupted else () for r in results]
+        intervals = [[] if r.interrupted else _intervals(r, args, bar) for r in results]
     for doubt in doubts:
         print(f"lce: {doubt}", file=sys.stderr)
-    for result, target, profiled in zip(results, targets, found, strict=False):
+    for result, target, lines in zip(results, targets, intervals, strict=False):
         save_model(result.model, target)
-        print(_summary(result))
-        if profiled:
-            print("\n".join(["\nProfile likelihoods, 95 %:", *(f"- {p.sentence}" for p in profiled)]))
-        print(f"\n{target}")
+        print("\n".join([_summary(result), *lines, "", str(target)]))
     if any(r.interrupted for r in results):
         print("lce: interrupted; the model file holds the best values so far", file=sys.stderr)
         return 130
@@ -119,6 +119,20 @@ def _model(args: argparse.Namespace, runs: Sequence[Run]) -> Model:
         except ValueError:
             raise LceError(f"--hold {text}: expected TERM.PARAM=LOWER,UPPER") from None
     return model.configured(parse_settings(args.set)).hold(ranges).fix(args.fix)
+
+
+def _intervals(result: FitResult, args: argparse.Namespace, bar: FitBar) -> list[str]:
+    """What was asked for beside the standard errors, as lines."""
+    from lce_analysis.fit.bootstrap import bootstrap
+    from lce_analysis.fit.profile import profiles
+
+    lines = []
+    if args.profile:
+        lines += ["", "Profile likelihoods, 95 %:", *(f"- {p.sentence}" for p in profiles(result.problem, bar))]
+    if args.bootstrap > 0:
+        drawn = bootstrap(result.problem, args.bootstrap, args.seed, bar)
+        lines += ["", f"Bootstrap, 95 % of {len(drawn.draws)} draws:", *(f"- {s}" for s in drawn.sentences)]
+    return lines
 
 
 def _summary(result: FitResult) -> str:
