@@ -14,7 +14,7 @@ from lce_bringup.graph import config_file
 from lce_bringup.positioning import check_reach
 from lce_control.metrics import step_metrics
 from lce_control.time_optimal import bang_bang
-from lce_model import load_model
+from lce_model import load_model, save_model
 from lce_model.inverse import OutOfReach
 
 KEYS = {
@@ -39,14 +39,16 @@ def test_the_modes_are_those_that_have_controllers() -> None:
 
 @pytest.mark.parametrize("mode", graph.CONTROLLERS)
 def test_figures_and_pictures(mode: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    figures, page = tmp_path / "figures.json", tmp_path / "page.html"
-    targets_mm = (1.0, 2.5) if mode == "double" else (1.0,)
+    figures, page, strip_file = tmp_path / "figures.json", tmp_path / "page.html", tmp_path / "strip.yaml"
+    strip = load_model(config_file("models/strip.yaml")).set({"lumped.gain": 66.0})
+    save_model(strip, strip_file)
+    targets_mm = (1.0, 2.5) if mode == "single" else (1.0,)
     words = ["control", *map(str, targets_mm), "--mode", mode, "--fast", "--seed", "1", "--hold", "32"]
+    words += ["--strip", str(strip_file)]
     assert cli.main([*words, "--out", str(tmp_path / "out"), "--json", str(figures), "--report", str(page)]) == 0
     told = json.loads(figures.read_text(encoding="utf-8"))
     assert told["mode"] == mode and [set(entry) for entry in told["targets"]] == [KEYS] * len(targets_mm)
     printed = capfd.readouterr().out
-    strip = load_model(config_file("models/strip.yaml"))
     for entry, target_mm in zip(told["targets"], targets_mm, strict=True):
         bag = tmp_path / "out" / f"{target_mm:g}mm" if len(targets_mm) > 1 else tmp_path / "out"
         assert str(bag) in printed and f"{entry['rise_time_s']:.2f}" in printed

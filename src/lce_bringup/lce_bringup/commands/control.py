@@ -31,6 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--model", type=Path, metavar="M.yaml", help="what the controllers know, and the simulated strip; has a default"
     )
     parser.add_argument(
+        "--strip", type=Path, metavar="S.yaml", help="the simulated strip, where it is another one than the model"
+    )
+    parser.add_argument(
         "--set",
         action="append",
         default=[],
@@ -58,7 +61,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_model.model_file import write_atomically
 
     model_file = args.model or _default_strip()
-    strip = simulated_strip(model_file, parse_settings(args.set))
+    strip = simulated_strip(args.strip or model_file, parse_settings(args.set))
     plans = _plans(args, model_file)
     interruptible()
     runs: list[Positioning] = []
@@ -73,7 +76,8 @@ def main(args: argparse.Namespace) -> int:
         content = {"mode": args.mode, "targets": [run.as_json() for run in runs]}
         write_atomically(args.json, json.dumps(content, allow_nan=False) + "\n")
     if args.report:
-        about = (f"Strip: {model_file}{''.join(f', {text}' for text in args.set)}.", f"Seed: {plans[0].seed}.")
+        strip_text = ", ".join([str(args.strip or model_file), *args.set])
+        about = (f"Model: {model_file}. Strip: {strip_text}.", f"Seed: {plans[0].seed}.")
         write_atomically(args.report, page(args.mode, runs, about))
     for path in (args.json, args.report):
         if path:
@@ -99,7 +103,7 @@ def _plans(args: argparse.Namespace, model_file: Path) -> list[Plan]:
     seed = seeded(args.seed)
     names = [f"{target_mm:g}mm_{k}" if args.targets.count(target_mm) > 1 else f"{target_mm:g}mm"
              for k, target_mm in enumerate(args.targets)]  # fmt: skip
-    bench = SimulatedBench(model_file, parse_settings(args.set), args.gains)
+    bench = SimulatedBench(model_file, parse_settings(args.set), args.gains, args.strip)
     places = folders(args.out, f"control_{args.mode}", names)
     return [
         plan(args.mode, 1e-3 * target_mm, bench, folder, seed + k, args.hold, args.fast)
