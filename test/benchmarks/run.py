@@ -19,6 +19,7 @@ import graph
 import loop_timing
 import recovery
 import speed
+import workbench
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
@@ -61,6 +62,7 @@ def main() -> int:
         "diagnosis": diagnosis.measure,
         "graph": lambda: in_real_time(60.0 if quick else 600.0),
         "loop_timing": lambda: in_the_loop(20.0 if quick else 300.0),
+        "workbench": lambda: workbench.measure(30.0 if quick else 600.0),
     }
     parser.add_argument("--only", nargs="+", choices=parts, default=list(parts), metavar="PART", help=", ".join(parts))
     args = parser.parse_args()

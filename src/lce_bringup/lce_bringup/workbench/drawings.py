@@ -11,7 +11,7 @@ import numpy as np
 
 from lce_analysis.compare import QUANTITIES
 from lce_analysis.diagnose.diagnosis import errors
-from lce_analysis.experiment import Run
+from lce_analysis.experiment import Floats, Run
 from lce_analysis.predict import Prediction, predict
 from lce_analysis.report import Axis, Bars, Block, Curve, Figure, Grid, Group, Lines, falls
 from lce_analysis.report.blocks import Role
@@ -22,6 +22,8 @@ from lce_model import KELVIN, Model
 from lce_model.effects import library
 
 BY_HAND: Final = "by hand"
+FOLLOWED: Final = 4000
+"""Samples of a curve that follows a slider, at most: the pixels of a wide screen."""
 SIDES: Final[dict[str, Role]] = {"learnt from": "model", "held out": "residual"}
 
 
@@ -96,7 +98,7 @@ def before_and_after(bench: Workbench) -> Sequence[Block]:
 
 
 def by_hand(model: Model, run: Run) -> Sequence[Block]:
-    """Measured, the model, and a curve that follows the sliders."""
+    """Measured, the model, and a curve that follows the sliders; of a long run every so many samples."""
     modelled = hand_curves(model, run)
     blocks: list[Block] = []
     for quantity, series in zip(QUANTITIES, (run.temperature, run.displacement), strict=True):
@@ -106,24 +108,29 @@ def by_hand(model: Model, run: Run) -> Sequence[Block]:
             continue
         offset = KELVIN if quantity == "temperature" else 0.0
         curves = (
-            Curve("measured", (series.value - offset) * factor, "measured"),
+            Curve("measured", (_thin(series.value) - offset) * factor, "measured"),
             Curve("model", y, "model"),
             Curve(BY_HAND, y, "after"),
         )
         blocks.append(
-            Lines(NAMES[quantity], TIME, axis, series.time_s, curves, linked=f"by hand {run.name}", height=220)
+            Lines(NAMES[quantity], TIME, axis, _thin(series.time_s), curves, linked=f"by hand {run.name}", height=220)
         )
     return blocks
 
 
-def hand_curves(model: Model, run: Run) -> dict[str, np.ndarray]:
+def hand_curves(model: Model, run: Run) -> dict[str, Floats]:
     """What the model says of a run, in the units of the axes: by figure and curve of ``by_hand``."""
     found = {}
     for quantity, values in zip(QUANTITIES, _series(predict(model, run)), strict=True):
         if values is not None:
             offset = KELVIN if quantity == "temperature" else 0.0
-            found[f"{NAMES[quantity]}/{BY_HAND}"] = (values - offset) * VALUE[quantity][1]
+            found[f"{NAMES[quantity]}/{BY_HAND}"] = (_thin(values) - offset) * VALUE[quantity][1]
     return found
+
+
+def _thin(values: Floats) -> Floats:
+    """At most FOLLOWED samples (n,), evenly spaced, so that curves follow at once."""
+    return values[:: -(-values.size // FOLLOWED)]
 
 
 def course(measure: str) -> Sequence[Block]:
@@ -183,6 +190,6 @@ def live_values(moment: Heard) -> str:
     return " · ".join(words) or "silence on the topics"
 
 
-def wave(name: str, time_s: np.ndarray, power_w: np.ndarray) -> Sequence[Block]:
+def wave(name: str, time_s: Floats, power_w: np.ndarray) -> Sequence[Block]:
     """A waveform of the laser power."""
     return [Lines(name, TIME, POWER, time_s, (Curve("P", power_w, "input", "step"),), height=160)]

@@ -59,8 +59,9 @@ export default {
   methods: {
     async load() {
       const response = await fetch(this.url);
+      if (response.status === 204) return; // the tab was filled anew meanwhile
       if (!response.ok) {
-        this.$el.textContent = await response.text();
+        this.$el.textContent = `The figures could not be computed (${response.status}).`;
         return;
       }
       const block = await response.arrayBuffer(), length = new DataView(block).getUint32(0, true);

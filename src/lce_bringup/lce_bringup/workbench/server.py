@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import importlib
 from collections.abc import Callable, Coroutine, Mapping
+from contextlib import suppress
 from typing import Any, Final
 
 from fastapi import Response
@@ -18,6 +19,7 @@ from lce_bringup.workbench.page import Page
 from lce_bringup.workbench.session import Role
 
 TEND_S: Final = 0.05
+PATIENCE_S: Final = 2.0
 
 
 def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
@@ -28,23 +30,29 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
     @app.get("/figures/{key}")
     def fetched(key: str) -> Response:
         block = figures.packed(key)
-        if block is None:
-            return Response("The figures are gone: reload the page.", status_code=404)
+        if block is None:  # the tab was filled anew meanwhile
+            return Response(status_code=204)
         return Response(block, media_type="application/octet-stream", headers={"cache-control": "no-store"})
+
+    seen = asyncio.Event()
 
     @ui.page("/")
     def show(tab: str = "Runs") -> None:
         Page(bench, tab)
+        seen.set()
 
     app.on_startup(jobs.warm_up)
-    app.on_startup(lambda: _background(lambda: load(bench, chosen)))
+    app.on_startup(lambda: _background(lambda: load(bench, chosen, seen)))
     app.on_startup(lambda: _background(lambda: tend(bench)))
     app.on_shutdown(bench.close)
 
 
-async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
-    """Load the analysis, then the runs; pages are there meanwhile."""
+async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None, seen: asyncio.Event | None = None) -> None:
+    """Load the analysis, then the runs; pages are there meanwhile, and the first one comes first."""
     bench.busy = "loading the analysis"
+    if seen is not None:
+        with suppress(TimeoutError):
+            await asyncio.wait_for(seen.wait(), PATIENCE_S)
     await asyncio.to_thread(importlib.import_module, "lce_bringup.workbench.tabs")
     bench.ready = True
     await bench.open(chosen)
