@@ -62,3 +62,22 @@ def test_ctrl_c_keeps_what_was_drawn() -> None:
 
     problem = fit(default_model("lumped", "none"), runs(0)).problem
     assert bootstrap(problem, 50, 0, impatient).draws.shape == (4, 3)
+
+
+def test_a_model_that_jumps_does_not_know_its_time_constant_to_the_sample() -> None:
+    """The equilibrium model jumps at every reversal, and the time constant says when: a slope without end."""
+    time = np.arange(0.0, 100.0, 0.01)
+    lit = (time > 10.0) & (time < 70.0)
+    power = np.where(lit, 1.05 - 0.55 * np.cos(2.0 * np.pi * (time - 10.0) / 30.0), 0.0)
+    noise, strip = np.random.default_rng(0), default_model()
+    made = simulate(strip.add("creep").set({"creep.share": 0.12, "creep.tau_v": 12.0}), time, power)
+    warm = Series(time[::10], made.temperature_k[::10] + 0.06 * noise.standard_normal(1000))
+    moved = Series(time, made.displacement_m + 4e-6 * noise.standard_normal(time.size))
+    # Few parameters: the search for the others takes seconds.
+    fixed = [v.key for v in strip.values if v.term == "equilibrium" and v.name not in ("t_star_r", "t_star_c")]
+    found = fit(strip.fix(fixed), [Run("run", Path(), "", Series(time, power), warm, moved, {})])
+    drawn = bootstrap(found.problem, 12, 0, silent)
+    spread = dict(zip(drawn.keys, drawn.draws.std(axis=0), strict=True))["lumped.tau"]
+    error = found.model.values[found.model.index("lumped.tau")].standard_error
+    assert error is not None
+    assert error > 0.3 * spread

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnose.examine import Examination, Score, examine
-from lce_analysis.diagnose.settled import Settled, in_noise, settle, without_jumps
+from lce_analysis.diagnose.settled import Settled, in_noise, settle
 from lce_analysis.diagnose.whitening import Noise
 from lce_analysis.experiment import Run
 from lce_analysis.fit.identify import check_runs
+from lce_analysis.fit.jumps import without_jumps
 from lce_analysis.fit.least_squares import Progress
 from lce_analysis.fit.parallel import each
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions

@@ -12,14 +12,9 @@ from lce_analysis.diagnose.score import project
 from lce_analysis.diagnose.whitening import Noise, autoregressive
 from lce_analysis.fit.least_squares import Progress, levenberg_marquardt
 from lce_analysis.fit.problem import Block, Problem
-from lce_analysis.predict import DISTANCE
 
 Floats = NDArray[np.float64]
 
-JUMP: Final = 5.0
-"""A step of the modelled displacement so many times larger than all but 1 % of its steps is a jump."""
-JUMP_S: Final = 0.25
-"""Samples nearer to a jump than this do not count."""
 FAR: Final = 0.5
 """Of a variable, which spans its bounds in π."""
 
@@ -126,29 +121,6 @@ def settle(problem: Problem, noise: Mapping[int, Noise], label: str, progress: P
     if optimum.interrupted:
         raise KeyboardInterrupt
     return linearised(problem.at(optimum.variables))
-
-
-def without_jumps(problem: Problem) -> Problem:
-    """The problem without the displacements around a jump of the model.
-
-    Models with a branch for each direction jump where the temperature turns inside the loop. Which side of the jump a
-    sample is on is decided within a hundredth of a second, and would outweigh all the rest.
-    """
-    starts = problem.split(problem.first())[1]
-    free = problem.model.vector[list(problem.free)]
-    blocks = []
-    for b in problem.blocks:
-        if b.column == DISTANCE:
-            time = problem.inputs[b.run].time_s
-            moved = np.abs(np.diff(problem.outputs(b.run, free[None], starts[b.run : b.run + 1])[0, :, DISTANCE]))
-            jumps = time[1:][moved > JUMP * np.quantile(moved, 0.99) + 1.0 / b.weight]
-            at = b.sampling(time)
-            near = np.zeros(at.size, dtype=bool)
-            for jump in jumps:
-                near |= np.abs(at - jump) < JUMP_S
-            b = replace(b, keep=None if not near.any() else np.where(near, 0.0, 1.0))
-        blocks.append(b)
-    return replace(problem, blocks=tuple(blocks))
 
 
 def linearised(problem: Problem) -> Settled:

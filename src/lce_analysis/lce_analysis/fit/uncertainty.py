@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.signal import correlate
 
 from lce_analysis.experiment import Run
+from lce_analysis.fit.jumps import without_jumps
 from lce_analysis.fit.problem import Problem
 from lce_analysis.predict import CAMERA, DISTANCE, measured_drive, prepare, start_temperature, starts_at
 
@@ -33,8 +34,10 @@ def correlation_time(residual: Floats) -> float:
 def calibrated(problem: Problem) -> Problem:
     """The problem with weights by which the residuals at its variables count as independent ones of variance 1.
 
-    Each block by its own RMS residual and correlation time: model error counts as correlated noise.
+    Each block by its own RMS residual and correlation time: model error counts as correlated noise. Samples around a
+    jump of the model do not count: a time constant moves the jump, and would seem known to the time of one sample.
     """
+    problem = without_jumps(problem)
     residual, begin, blocks = problem.residuals(problem.first()), 0, []
     for b in problem.blocks:
         part = residual[begin : begin + b.size]
