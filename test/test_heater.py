@@ -17,7 +17,10 @@ from lce_model import load_model
 PAGE = (heater.REPOSITORY / "docs" / "heater.md").read_text(encoding="utf-8")
 DATA = heater.find()
 
-pytestmark = pytest.mark.skipif(DATA is None, reason="the measured heater runs are not beside this repository")
+pytestmark = [
+    pytest.mark.skipif(DATA is None, reason="the measured heater runs are not beside this repository"),
+    pytest.mark.timeout(300),  # the first test waits for all commands of the page
+]
 
 
 def blocks(kind: str) -> list[str]:

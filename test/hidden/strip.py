@@ -70,7 +70,7 @@ class Body:
     ambient: float
     alpha: float
     length: float
-    branches: Floats  # (2, grid) mean order on heating and cooling
+    branches: Floats  # (2, 2, grid) on heating and cooling: share of nematic domains, and their order
 
     @classmethod
     def random(cls, rng: np.random.Generator) -> "Body":
@@ -89,7 +89,7 @@ class Body:
 
 
 def _branch(a0: float, b: float, c: float, t_star: float, ratio: float) -> Floats:
-    """Mean order over GRID_K of one branch, (4.8)–(4.14) with the widths as the prose has them."""
+    """Share of nematic domains and their order over GRID_K, one branch, (4.8)–(4.14) with the widths of the prose."""
     t = GRID_K
     inside = b * b - 4.0 * a0 * (t - t_star) * c
     root = np.sqrt(np.maximum(inside, 0.0))
@@ -98,26 +98,28 @@ def _branch(a0: float, b: float, c: float, t_star: float, ratio: float) -> Float
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         odds = (ratio * barrier / (well - barrier)) ** 2 * np.exp(np.minimum(energy / (BOLTZMANN * t), 700.0))
     share = np.where(t <= t_star, 1.0, np.where(inside <= 0.0, 0.0, 1.0 / (1.0 + np.nan_to_num(odds, nan=np.inf))))
-    return np.asarray(share * well)
+    return np.array([share, well])
 
 
 @njit(cache=True)
-def _order(branches: Floats, row: int, temperature: float, spread: float) -> float:
-    """Mean order; with a spread, averaged over nine transition temperatures of a normal distribution."""
-    total = 0.0
-    for k in range(-4, 5):
-        if spread == 0.0 and k != 0:
-            continue
-        weight = 1.0 if spread == 0.0 else math.exp(-0.5 * (0.6 * k) ** 2)
-        x = (temperature + 0.6 * k * spread - 240.0) * 100.0
-        i = min(max(int(x), 0), branches.shape[1] - 2)
-        total += weight * (branches[row, i] + (x - i) * (branches[row, i + 1] - branches[row, i]))
+def _between(values: Floats, temperature: float) -> float:
+    x = (temperature - 240.0) * 100.0
+    i = min(max(int(x), 0), values.size - 2)
+    return values[i] + (x - i) * (values[i + 1] - values[i])
+
+
+@njit(cache=True)
+def _share(branch: Floats, temperature: float, spread: float) -> float:
+    """Share of nematic domains; with a spread, that of nine transition temperatures of a normal distribution."""
     if spread == 0.0:
-        return total
-    norm = 0.0
+        return _between(branch[0], temperature)
+    total = norm = 0.0
     for k in range(-4, 5):
-        norm += math.exp(-0.5 * (0.6 * k) ** 2)
-    return total / norm
+        weight = math.exp(-0.5 * (0.6 * k) ** 2)
+        there = temperature + 0.6 * k * spread
+        total += weight * _between(branch[0], there) * _between(branch[1], there)
+        norm += weight
+    return total / norm / _between(branch[1], temperature)
 
 
 @njit(cache=True)
@@ -159,9 +161,8 @@ def _run(
     warm = bent = late1 = late2 = path = stuck = 0.0
     dye = 1.0
     direction, extreme = 0, ambient0
-    reference = _order(branches, 0, ambient0, s[11])
-    late_order = reference
-    order = reference
+    nematic = _share(branches[0], ambient0, s[11])
+    reference = order = nematic * _between(branches[0, 1], ambient0)
     held = last = 0.0
     d = 0.0
     for i in range(power.size):
@@ -190,9 +191,9 @@ def _run(
             if (felt - extreme) * (1 - 2 * direction) < 0.0:
                 direction = 1 - direction
             extreme = felt
-            now = _order(branches, direction, felt, s[11])
-            late_order = now if s[10] == 0.0 else late_order + DT / s[10] * (now - late_order)
-            order = late_order
+            now = _share(branches[direction], felt, s[11])
+            nematic = now if s[10] == 0.0 else nematic + DT / s[10] * (now - nematic)
+            order = nematic * _between(branches[direction, 1], felt)
             stretch = ((1.0 + alpha * order) / (1.0 + alpha * reference)) ** (1.0 / 3.0)
             stretch *= 1.0 + s[13] * (t - ambient0)
             stretch += s[15] * (math.exp((t - ambient0) / 80.0) - 1.0)
