@@ -26,8 +26,8 @@ HEADER = """\
 """
 # uplot-python's own plotting front end; we take its script and style sheet only. pip comes with every venv.
 LEFT_OUT = """
-    asttokens decorator executing ipython ipython-pygments-lexers jedi matplotlib-inline parso pexpect pip prompt-toolkit
-    ptyprocess pure-eval stack-data traitlets wcwidth
+    asttokens decorator executing ipython ipython-pygments-lexers jedi matplotlib-inline parso pexpect pip
+    prompt-toolkit ptyprocess pure-eval stack-data traitlets wcwidth
 """
 
 

@@ -14,8 +14,8 @@ from lce_control.linear import OMEGA, Complex
 from lce_control.tuning import Requirements, Step, Tuned
 from lce_control.tuning_tasks import ModelBench
 
-HEAD = ("loop", "rise to 80 % [s]", "settling in 2 % [s]", "overshoot", "undershoot", "ITAE", "gain margin [dB]",
-        "phase margin [°]")  # fmt: skip
+HEAD = ("loop", "rise to 80 % [s]", "settling in 2 % [s]", "overshoot", "undershoot", "ITAE", "shake [W]",
+        "gain margin [dB]", "phase margin [°]")  # fmt: skip
 TIME = Axis("time", "s")
 FREQUENCY = Axis("lg ω", "lg rad/s")
 
@@ -33,7 +33,8 @@ def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
                 f"{worst['overshoot']:.2%}",
                 f"{worst['undershoot']:.2%}",
                 f"{tuned.itae:.2%}",
-                _or(20.0 * math.log10(worst["gain_margin"]), "{:.1f}", "∞"),
+                f"{worst['shake_w']:.3f}",
+                _or(_decibel(worst["gain_margin"]), "{:.1f}", "∞"),
                 _or(worst["phase_margin_deg"], "{:.0f}", "∞"),
             )
         )
@@ -43,12 +44,21 @@ def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
 def page(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about: Sequence[str]) -> str:
     """The HTML; ``found`` are the inner loop alone, the double loop and the single one."""
     targets = ", ".join(f"{1e3 * target_m:.2f}" for target_m in bench.targets_m)
-    least_db = 20.0 * math.log10(wanted.gain_margin)
+    required = [
+        f"overshoot ≤ {wanted.overshoot:.1%}",
+        f"undershoot ≤ {wanted.undershoot:.1%}",
+        *(
+            f"{name} ≤ {limit:g} s"
+            for name, limit in (("rise", wanted.rise_s), ("settling", wanted.settling_s))
+            if math.isfinite(limit)
+        ),
+        f"shake of the power ≤ {wanted.shake_w:g} W",
+        f"gain margin ≥ {_decibel(wanted.gain_margin):.1f} dB",
+        f"phase margin ≥ {wanted.phase_margin_deg:g}°",
+    ]
     answer = (
         f"Gains of the double and the single loop, tuned on steps to {targets} mm.",
-        f"Required: overshoot ≤ {wanted.overshoot:.1%}, undershoot ≤ {wanted.undershoot:.1%}, "
-        f"rise ≤ {wanted.rise_s:g} s, settling ≤ {wanted.settling_s:g} s, "
-        f"gain margin ≥ {least_db:.1f} dB, phase margin ≥ {wanted.phase_margin_deg:g}°.",
+        f"Required: {', '.join(required)}.",
     )
     notes = (
         "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
@@ -58,6 +68,7 @@ def page(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about:
     sections = [
         Section("Figures", (Table("", HEAD, rows(found)), notes)),
         Section("Gains", (Table("", ("node", "parameter", "value"), _gains(found)),)),
+        Section("Margins", (Table("", ("loop", "gain [dB]", "phase [°]", "crossover [rad/s]"), _margins(found)),)),
     ]
     sections += [Section(_heading(tuned), (_steps(tuned), *_bodes(tuned))) for tuned in found]
     return render("lce tune", answer, sections, (*about, f"Written by lce {__version__}."))
@@ -70,6 +81,19 @@ def _gains(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
         for tuned in modes
         for node, own in tuned.parameters.items()
         for name, value in own.items()
+    ]
+
+
+def _margins(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
+    return [
+        (
+            f"{tuned.name}: {name}" if name != tuned.name else name,
+            _or(_decibel(m.gain), "{:.1f}", "∞"),
+            _or(m.phase_deg, "{:.0f}", "∞"),
+            _or(m.crossover_rad_s, "{:.2f}", "none"),
+        )
+        for tuned in found
+        for name, m in tuned.margins.items()
     ]
 
 
@@ -89,23 +113,28 @@ def _step(step: Step, name: str) -> Lines:
 
 
 def _bodes(tuned: Tuned) -> tuple[Grid, ...]:
-    return tuple(_bode(name, loop) for name, loop in tuned.open_loops.items())
+    return tuple(_bode(name, f"{tuned.name} {name} Bode", loop) for name, loop in tuned.open_loops.items())
 
 
-def _bode(name: str, loop: Complex) -> Grid:
+def _bode(name: str, linked: str, loop: Complex) -> Grid:
     """Magnitude and phase over the frequency; the dashed lines are where a margin is read off."""
     decades = np.log10(OMEGA)
     phase = np.degrees(np.unwrap(np.angle(loop)))
-    none, half_turn = np.zeros(OMEGA.size), np.full(OMEGA.size, -180.0)
+    decibels = Curve("L", 20.0 * np.log10(np.abs(loop)), "measured")
+    degrees = Curve("L", np.maximum(phase, -360.0), "measured")
+    unity = Curve("0 dB", np.zeros(OMEGA.size), "quiet", "dashed")
+    half_turn = Curve("-180°", np.full(OMEGA.size, -180.0), "quiet", "dashed")
     return Grid(
         (
-            Lines(f"open {name} loop, magnitude", FREQUENCY, Axis("|L|", "dB"), decades,
-                  (Curve("L", 20.0 * np.log10(np.abs(loop)), "model"), Curve("0 dB", none, "quiet", "dashed")), name),
-            Lines(f"open {name} loop, phase", FREQUENCY, Axis("∠L", "°"), decades,
-                  (Curve("L", np.maximum(phase, -360.0), "model"), Curve("-180°", half_turn, "quiet", "dashed")), name),
+            Lines(f"open {name} loop, magnitude", FREQUENCY, Axis("|L|", "dB"), decades, (decibels, unity), linked),
+            Lines(f"open {name} loop, phase", FREQUENCY, Axis("∠L", "°"), decades, (degrees, half_turn), linked),
         ),
         (1, 1),
-    )  # fmt: skip
+    )
+
+
+def _decibel(factor: float) -> float:
+    return 20.0 * math.log10(factor)
 
 
 def _or(value: float, form: str, otherwise: str) -> str:

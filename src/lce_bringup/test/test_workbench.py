@@ -3,6 +3,7 @@
 
 import asyncio
 import json
+import socket
 import struct
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
@@ -17,6 +18,7 @@ from nicegui.testing import User, user_simulation
 
 from lce_analysis.report import Grid, Lines, Loop
 from lce_analysis.report.run import NAMES, VALUE, Colouring, run_section
+from lce_bringup.cli import main as lce
 from lce_bringup.workbench import drawings, figures, session
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
@@ -180,7 +182,7 @@ def test_a_cell_of_the_shares_lights_its_samples_up(folder: Path) -> None:
     seconds = sum(to - since for spans in found.values() for since, to in spans)
     total = sum(run.run.displacement.time_s[-1] for run in comparison.runs if run.run.displacement is not None)
     assert seconds / total == pytest.approx(ramp[1].sample_share, abs=0.01)
-    assert set(lit(comparison, "displacement cycle", 0, 0)) == {"pulse", "stairs", "other"}
+    assert set(lit(comparison, "displacement cycle", 0, 0)) == {"pulse", "stairs", "later/other"}
     assert not any(lit(comparison, "", 0, 0).values())
 
 
@@ -339,7 +341,7 @@ def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
 def test_the_loop_is_coloured_by_branch_or_cycle(folder: Path) -> None:
     comparison = with_model(folder).comparison()
     assert comparison is not None
-    (other,) = [run for run in comparison.runs if run.run.name == "other"]
+    (other,) = [run for run in comparison.runs if run.run.name == "later/other"]
     stage = other.stage("displacement")
     assert stage is not None
     wanted: dict[Colouring, list[str]] = {"branch": ["heating", "cooling"], "cycle": ["cycle 1", "cycle 2"]}
@@ -355,3 +357,37 @@ def test_the_loop_is_coloured_by_branch_or_cycle(folder: Path) -> None:
         assert [trace.label for trace in loop.traces] == [*parts, "model"]
         seen = np.array([np.isfinite(trace.y) for trace in loop.traces[:-1]])
         assert (seen.sum(axis=0) == 1).all()
+
+
+def test_two_runs_of_one_name_stay_two(folder: Path) -> None:
+    (folder / "pulse.csv").rename(folder / "other.csv")
+    comparison = with_model(folder).comparison()
+    assert comparison is not None
+    assert set(comparison.shares["displacement"].runs) == {"other", "stairs", "later/other"}
+
+
+@pytest.mark.parametrize("protocol", ["../outside.csv", "/etc/hostname", "waves", "pulse.csv/../../outside.csv"])
+def test_a_wave_from_outside_of_the_folder_is_refused(folder: Path, protocol: str) -> None:
+    (folder.parent / "outside.csv").write_text("time_s,power_w\n0,1\n1,0\n")
+
+    async def story(user: User, bench: Workbench) -> None:
+        (entry,) = user.find(kind=ui.input, marker="protocol").elements
+        entry.value = protocol
+        user.find(marker="start").click()
+        await user.should_see(f"{protocol}: neither a protocol nor a CSV file in this folder")
+        assert bench.job is None
+
+    told(folder, story, "Bench")
+
+
+def test_a_folder_that_cannot_be_served_is_told_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "workbench").write_text("in the way")
+    assert lce(["workbench", str(folder)]) == 1
+    assert lce(["workbench", str(folder / "none")]) == 1
+    (folder / "workbench").unlink()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        assert lce(["workbench", str(folder), "--port", str(taken.getsockname()[1])]) == 1
+    cannot, nowhere, busy = capsys.readouterr().err.splitlines()
+    assert "workbench: cannot be made" in cannot
+    assert "none: no such file or folder" in nowhere
+    assert "--port and --host choose another" in busy

@@ -17,8 +17,10 @@ from lce_model.inverse import InverseChart
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-OMEGA: Final[Floats] = np.logspace(-3, 2, 201)
-"""Where responses are known [rad/s]."""
+OMEGA: Final[Floats] = np.geomspace(1e-3, math.pi / PERIOD_S, 201)
+"""Where responses are known [rad/s], up to what a controller of 100 Hz can do."""
+AGE_S: Final = 1.5 * PERIOD_S
+"""Delay of a command: its way through the nodes, and half the time for which it holds."""
 SETTLED_S: Final = 5000.0
 NUDGE: Final = 0.01
 
@@ -35,10 +37,11 @@ class Margins:
 def margins(open_loop: Complex) -> Margins:
     """Margins of an open loop known at ``OMEGA`` (python-control)."""
     gain, phase, _, _, crossover, _ = control.stability_margins(control.FRD(open_loop, OMEGA, smooth=True))
-    found = Margins(float(gain), float(phase), float(crossover))
-    return Margins(
-        found.gain, found.phase_deg if math.isfinite(found.crossover_rad_s) else math.inf, found.crossover_rad_s
-    )
+    if math.isfinite(crossover):
+        return Margins(float(gain), float(phase), float(crossover))
+    # Without a crossover it is quiet everywhere, or still loud where a sampled controller ends.
+    quiet = bool(np.abs(open_loop[-1]) < 1.0)
+    return Margins(float(gain) if quiet else 0.0, math.inf if quiet else -180.0, math.nan)
 
 
 @dataclass(frozen=True)
@@ -58,30 +61,32 @@ class Plant:
     @classmethod
     def of(cls, model: Model, power_w: float, displacement_m: tuple[float, float]) -> "Plant":
         """From the answer to a small step up from ``power_w`` [W]; the slope within a range of displacements [m]."""
-        after = np.concatenate([[0.0], np.geomspace(0.5 * PERIOD_S, SETTLED_S, 3000)])
+        after = np.concatenate([[0.0], np.geomspace(0.1 * PERIOD_S, SETTLED_S, 10000)])
         time = np.concatenate([after, SETTLED_S + 1.0 + after])
         power = np.where(time <= SETTLED_S, power_w, (1.0 + NUDGE) * power_w)
         answer = simulate(model, time, power).temperature_k[after.size :]
         rise = (answer - answer[0]) / (NUDGE * power_w)
         if not rise[-1] > 0.0:
             raise LceError(f"the strip does not get warmer with more than {power_w:g} W: nothing can be tuned on it")
-        middle = 0.5 * (after[1:] + after[:-1])
-        response = np.exp(-1j * np.outer(OMEGA, middle)) @ np.diff(rise)
+        # Transform of the slope of a rise that runs straight between its samples.
+        middle, width = 0.5 * (after[1:] + after[:-1]), np.diff(after)
+        straight = np.sinc(np.outer(OMEGA, width) / (2.0 * math.pi))
+        response = (np.exp(-1j * np.outer(OMEGA, middle)) * straight) @ np.diff(rise)
         tau_s = float(after[np.searchsorted(rise, 0.632 * rise[-1])])
         return cls(response, _steepest(model, displacement_m), float(rise[-1]), tau_s)
 
     def inner(self, gains: Gains, filter_s: float, sensors: Sensors) -> Complex:
         """Open inner loop: (6.2), filter, camera, power to temperature. The age of a sample counts as a delay."""
-        age_s = sensors.camera_latency_s + 0.5 * (sensors.camera_period_s + PERIOD_S)
+        age_s = sensors.camera_latency_s + 0.5 * sensors.camera_period_s + AGE_S
         return _controller(gains, filter_s, age_s) * self.response
 
     def outer(self, gains: Gains, inner: Complex, filter_s: float) -> Complex:
         """Open outer loop: (6.9), filter, the closed ``inner`` loop, temperature to displacement."""
-        return _controller(gains, filter_s, 0.5 * PERIOD_S) * inner / (1.0 + inner) * self.slope_m_k
+        return _controller(gains, filter_s, AGE_S) * inner / (1.0 + inner) * self.slope_m_k
 
     def single(self, gains: Gains, filter_s: float) -> Complex:
         """Open single loop: PID, filter, power to displacement."""
-        return _controller(gains, filter_s, 0.5 * PERIOD_S) * self.response * self.slope_m_k
+        return _controller(gains, filter_s, AGE_S) * self.response * self.slope_m_k
 
 
 def _controller(gains: Gains, filter_s: float, delay_s: float) -> Complex:

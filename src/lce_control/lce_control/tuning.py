@@ -33,7 +33,7 @@ Progress = Callable[[str, int, int, float], None]
 
 GENERATIONS, CANDIDATES = 12, 6
 DIGITS: Final = 3
-STEP_FIGURES: Final = ("rise_s", "settling_s", "overshoot", "undershoot")
+STEP_FIGURES: Final = ("rise_s", "settling_s", "overshoot", "undershoot", "shake_w")
 NEVER_S: Final = 1e6
 
 
@@ -41,14 +41,16 @@ NEVER_S: Final = 1e6
 class Requirements:
     """What every step has to be: rise to 80 % and settling within 2 % [s], over- and undershoot [fractions of it].
 
-    Undershoot is how far it falls back below the target after it was there. The margins are those of the linearised
-    loops, where they are steepest.
+    Undershoot is how far it falls back below the target after it was there, shake the RMS of the power [W] around its
+    trend in the last third: what noise becomes under gains that are too large (rule 4 of §6.4). The margins are those
+    of the linearised loops, where they are steepest.
     """
 
     rise_s: float = math.inf
     settling_s: float = math.inf
     overshoot: float = 0.05
     undershoot: float = 0.05
+    shake_w: float = 0.05
     gain_margin: float = 2.0
     phase_margin_deg: float = 45.0
 
@@ -77,6 +79,13 @@ class Step:
         """Largest fall below the setpoint after it was reached, in fractions of it."""
         there = np.flatnonzero(self.reached >= self.setpoint)
         return float(max(0.0, 1.0 - self.reached[there[0] :].min() / self.setpoint)) if there.size else 0.0
+
+    @cached_property
+    def shake_w(self) -> float:
+        """RMS of the power around a straight line, over the last third [W]."""
+        late = self.power_w[-(self.power_w.size // 3) :]
+        x = np.arange(late.size)
+        return float(np.std(late - np.polyval(np.polyfit(x, late, 1), x)))
 
     @cached_property
     def itae(self) -> float:
@@ -224,7 +233,9 @@ def missing_figures(steps: Sequence[Step], wanted: Requirements) -> dict[str, fl
 
 
 def _worst_figures(steps: Sequence[Step]) -> dict[str, float]:
-    rows = [(s.metrics.rise_time_s, s.metrics.settling_time_s, s.metrics.overshoot, s.undershoot) for s in steps]
+    rows = [
+        (s.metrics.rise_time_s, s.metrics.settling_time_s, s.metrics.overshoot, s.undershoot, s.shake_w) for s in steps
+    ]
     worst = np.max(np.where(np.isnan(rows), math.inf, rows), axis=0)
     return dict(zip(STEP_FIGURES, worst.tolist(), strict=True))
 

@@ -93,6 +93,13 @@ def test_undershoot_is_a_fall_after_the_target_was_reached() -> None:
     assert Step(1.0, TIME, 0.5 * reached, TIME).undershoot == 0.0
 
 
+def test_shake_is_what_the_power_does_around_its_trend() -> None:
+    slow = Step(1.0, TIME, TIME, 2.0 - 0.05 * TIME)
+    assert slow.shake_w == pytest.approx(0.0, abs=1e-12)
+    noisy = Step(1.0, TIME, TIME, 2.0 - 0.05 * TIME + 0.1 * (-1.0) ** np.arange(TIME.size))
+    assert noisy.shake_w == pytest.approx(0.1, rel=0.01)
+
+
 def test_a_strip_is_tuned_within_the_requirements(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "GENERATIONS", 1)
     monkeypatch.setattr(tuning, "CANDIDATES", 2)
@@ -103,7 +110,12 @@ def test_a_strip_is_tuned_within_the_requirements(monkeypatch: pytest.MonkeyPatc
     for found, nodes in ((inner, {INNER}), (double, {INNER, OUTER}), (single, {SINGLE})):
         assert set(found.parameters) == nodes
         worst = found.worst()
-        assert worst["overshoot"] <= 0.3 and worst["gain_margin"] >= 2.0 and worst["phase_margin_deg"] >= 45.0
+        assert (
+            worst["overshoot"] <= 0.3
+            and worst["shake_w"] <= 0.05
+            and worst["gain_margin"] >= 2.0
+            and worst["phase_margin_deg"] >= 45.0
+        )
     assert double.parameters[INNER]["kp"] <= inner.parameters[INNER]["kp"], "softer, if anything, than alone"
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import os
 import secrets
+import socket
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,13 +41,13 @@ def main(args: argparse.Namespace) -> int:
     from lce_bringup.workbench import server
     from lce_bringup.workbench.bench import Workbench
     from lce_bringup.workbench.guard import is_loopback
-    from lce_model import LceError, load_model
+    from lce_model import load_model
 
-    if not 0 < args.port < 65536:
-        raise LceError(f"--port {args.port}: must be between 1 and 65535")
     bench = Workbench(folder)
-    if args.model:
-        bench.keep(load_model(args.model), f"from {args.model.name}")
+    bench.session.save()
+    if args.model and (model := load_model(args.model)) != bench.model():
+        bench.keep(model, f"from {args.model.name}")
+    _check_free(args.host, args.port)
     token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
     server.prepare(bench, chosen)
     print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
@@ -56,7 +57,7 @@ def main(args: argparse.Namespace) -> int:
 
 def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
     """The folder of the page, and of runs that were named what they are used for."""
-    from lce_bringup.workbench.session import find_runs
+    from lce_bringup.workbench.session import find_runs, is_run
     from lce_model.errors import LceError
 
     paths = paths or [Path("runs") if Path("runs").is_dir() else Path()]
@@ -64,7 +65,18 @@ def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
         if not path.exists():
             raise LceError(f"{path}: no such file or folder")
     places = [path.resolve() for path in paths]
-    if len(places) == 1 and places[0].is_dir() and not any(places[0].glob("*.mcap")):
+    if len(places) == 1 and places[0].is_dir() and not is_run(places[0]):
         return places[0], {}
     folder = Path(os.path.commonpath([place.parent for place in places]))
     return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}
+
+
+def _check_free(host: str, port: int) -> None:
+    """Raise LceError where the server could not listen."""
+    from lce_model import LceError
+
+    try:
+        with socket.create_server((host, port)):
+            pass
+    except (OSError, OverflowError) as error:
+        raise LceError(f"{host}:{port}: {error}; --port and --host choose another") from None

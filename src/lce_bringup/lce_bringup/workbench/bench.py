@@ -6,10 +6,10 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from lce_bringup.workbench import session as sessions
 from lce_bringup.workbench.jobs import Job, Work
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from lce_analysis.compare import Comparison
     from lce_analysis.experiment import Run
     from lce_model import Model
+
+AT_ONCE: Final = 20
+"""Runs of a folder that are opened unasked, at most."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,9 @@ class Workbench:
     async def open(self, chosen: Mapping[str, Role] | None = None) -> None:
         """Find the runs of the folder and read those that are not left aside; ``chosen`` overrides their roles."""
         found = await asyncio.to_thread(sessions.find_runs, self.folder)
-        roles = {name: self.session.roles.get(name, "train") for name in found} | dict(chosen or {})
+        new = [name for name in found if name not in self.session.roles]
+        first: dict[str, Role] = {name: "train" if i < AT_ONCE else "off" for i, name in enumerate(new)}
+        roles = {name: self.session.roles.get(name) or first[name] for name in found} | dict(chosen or {})
         self.entries = {name: self.entries.get(name, Entry(path)) for name, path in found.items()}
         self._change(Session(self.folder, roles, self.session.models, self.session.current))
         for name, role in roles.items():
@@ -72,7 +77,9 @@ class Workbench:
             return
         self.busy = f"reading {name}"
         try:
-            self.entries[name] = Entry(entry.path, await asyncio.to_thread(read_run, entry.path))
+            run = await asyncio.to_thread(read_run, entry.path)
+            named = name.removesuffix(".csv").removesuffix(".mcap")  # two runs may have one name, in two folders
+            self.entries[name] = Entry(entry.path, replace(run, name=named))
         except LceError as error:
             self.entries[name] = Entry(entry.path, error=str(error).replace(f"{self.folder}/", ""))
         self.busy = ""

@@ -72,15 +72,16 @@ def _background(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
 def serve(host: str, port: int, token: str) -> None:
     """Serve until Ctrl-C."""
     app.add_middleware(Guard, token=token)
-    ui.run(
-        host=host,
-        port=port,
-        title="LCE workbench",
-        favicon="🔬",
-        language="en-US",
-        dark=None,
-        show=False,
-        reload=False,
-        tailwind=False,
-        show_welcome_message=False,
-    )
+    with suppress(KeyboardInterrupt):
+        ui.run(
+            host=host,
+            port=port,
+            title="LCE workbench",
+            favicon="🔬",
+            language="en-US",
+            dark=None,
+            show=False,
+            reload=False,
+            tailwind=False,
+            show_welcome_message=False,
+        )

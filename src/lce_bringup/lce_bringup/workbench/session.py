@@ -88,8 +88,11 @@ class Session:
         return self.with_current(parent)
 
     def save(self) -> None:
-        """Write it beside the runs."""
-        self.place.mkdir(exist_ok=True)
+        """Write it beside the runs; LceError where nothing can be written."""
+        try:
+            self.place.mkdir(exist_ok=True)
+        except OSError as error:
+            raise LceError(f"{self.place}: cannot be made ({error.strerror})") from None
         content = {
             "format": FORMAT,
             "roles": dict(self.roles),
@@ -117,8 +120,15 @@ def load(folder: Path) -> Session:
         raise LceError(f"{file}: no session of the workbench; move it away to begin anew") from None
 
 
+def is_run(path: Path) -> bool:
+    """Does it look like a run: a bag folder, an MCAP file, a CSV?"""
+    if path.is_dir():
+        return (path / "metadata.yaml").exists() or any(path.glob("*.mcap"))
+    return path.suffix.lower() in (".mcap", ".csv")
+
+
 def find_runs(folder: Path, depth: int = 4) -> dict[str, Path]:
-    """Bags, MCAP files and CSVs in a folder and below it, by their path from there; none that a link leads out to."""
+    """What looks like a run in a folder and below it, by its path from there; nothing that a link leads out to."""
     root = folder.resolve()
     found: dict[str, Path] = {}
 
@@ -126,11 +136,10 @@ def find_runs(folder: Path, depth: int = 4) -> dict[str, Path]:
         for path in sorted(place.iterdir()):
             if path.name.startswith(".") or path == root / NAME or not path.resolve().is_relative_to(root):
                 continue
-            if path.is_dir() and not any(path.glob("*.mcap")) and not (path / "metadata.yaml").exists():
-                if left:
-                    look(path, left - 1)
-            elif path.is_dir() or path.suffix.lower() in (".mcap", ".csv"):
+            if is_run(path):
                 found[path.relative_to(root).as_posix()] = path
+            elif path.is_dir() and left:
+                look(path, left - 1)
 
     look(root, depth)
     return found

@@ -38,7 +38,7 @@ class Bench:
             self._settings = ui.input("Strip: EFFECT.PARAM=V …").classes("protocol").mark("settings")
             ui.button("Run on the simulated bench", color="accent", on_click=telling(self._run)).props(
                 "unelevated no-caps"
-            ).mark("run")
+            ).mark("start")
             self._hardware()
             ui.button("Stop: laser to zero", color="negative", on_click=self._stop).props("unelevated no-caps").mark(
                 "stop"
