@@ -73,7 +73,7 @@ def follower(mode: str, model: Model) -> Follower:
     if mode == "single":
         return SingleLoop(_loop("single_controller", single_controller_node.TUNED, power)).step
     outer = _loop("outer_controller", outer_controller_node.TUNED, Limits(to_kelvin(0.0), to_kelvin(110.0)))
-    follow_k = _configured("outer_controller").get("follow_k", 2.0)
+    follow_k = _configured("outer_controller")["follow_k"]
     inner = _loop("inner_controller", inner_controller_node.TUNED, power)
     return DoubleLoop(model, OuterLoop(outer, follow_k), inner).step
 

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cases of `make control`, and a small part of it: the model-based mode meets its bars."""
+"""The cases of `make control`, and a small part of it: every mode meets its bars with the gains of control.yaml."""
 
 import numpy as np
 import pytest
+import yaml
 from control_cases import MODES, follower, known, play, steps, trajectory
 
 from lce_bringup import graph
 from lce_control.metrics import step_metrics
+from lce_control.tuning import Requirements, check
+from lce_control.tuning_tasks import INNER, OUTER, SINGLE, ModelBench
 
 
 def test_a_case_has_its_targets_in_time() -> None:
@@ -29,6 +32,26 @@ def test_by_the_model_the_bars_are_met(target_mm: float) -> None:
     limit, figures = (step_metrics(x.time_s, x.displacement_m, 1e-3 * target_mm) for x in (best, loop))
     assert figures.rise_time_s <= 1.3 * limit.rise_time_s
     assert figures.overshoot <= 0.01 and figures.rmse_after_30s <= 0.005
+
+
+@pytest.mark.parametrize("mode", ["single", "double"])
+def test_with_the_gains_of_control_yaml_the_bars_are_met(mode: str) -> None:
+    figures = []
+    for target_mm in (1.0, 3.0):
+        loop = play(steps("one", (target_mm,)), mode, 1)
+        figures.append(step_metrics(loop.time_s, loop.displacement_m, 1e-3 * target_mm))
+    assert max(f.overshoot for f in figures) <= 0.05 and max(f.rmse_after_30s for f in figures) <= 0.01
+    assert max(f.rise_time_s for f in figures) <= 5.2, "full power all the way takes 5.1 s to 80 % of 3 mm"
+
+
+def test_the_gains_of_control_yaml_are_those_of_the_default_strip() -> None:
+    """They meet what `lce tune` requires of them there."""
+    content = yaml.safe_load(graph.config_file("control.yaml").read_text(encoding="utf-8"))
+    gains = {node: content[f"/**/{node}"]["ros__parameters"] for node in (INNER, OUTER, SINGLE)}
+    bench, wanted = ModelBench.of(known(), graph.laser_limit_w()), Requirements()
+    double, single = bench.double(bench.inner().tuned(gains)).tuned(gains), bench.single().tuned(gains)
+    check(double, wanted)
+    check(single, wanted)
 
 
 def test_a_strip_that_is_not_the_model_is_held_all_the_same() -> None:

@@ -135,6 +135,11 @@ def check_power(wave: Wave) -> None:
         raise LceError(f"{wave.text}: asks for {most_w:g} W; the laser gives {limit_w:g} W (max_power_w in bench.yaml)")
 
 
+def default_strip() -> Path:
+    """The model file of position control: what the controllers know, and the simulated strip."""
+    return config_file("models/strip.yaml")
+
+
 def config_file(name: str) -> Path:
     """A file of this package's config folder: installed, or in the source tree."""
     beside = Path(__file__).resolve().parents[1] / "config" / name

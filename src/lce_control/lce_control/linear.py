@@ -80,9 +80,14 @@ class Plant:
         age_s = sensors.camera_latency_s + 0.5 * sensors.camera_period_s + AGE_S
         return _controller(gains, filter_s, age_s) * self.response
 
-    def outer(self, gains: Gains, inner: Complex, filter_s: float) -> Complex:
-        """Open outer loop: (6.9), filter, the closed ``inner`` loop, temperature to displacement."""
-        return _controller(gains, filter_s, AGE_S) * inner / (1.0 + inner) * self.slope_m_k
+    def outer(self, gains: Gains, inner_gains: Gains, filter_s: float, sensors: Sensors) -> Complex:
+        """Open outer loop: (6.9), filter, the closed inner loop from its setpoint, temperature to displacement.
+
+        Filter and age of the camera are in the feedback of the inner loop; its setpoint becomes power at once.
+        """
+        forward = _pid(inner_gains, inner_gains.setpoint_weight, inner_gains.derivative_weight) * self.response
+        closed = forward / (1.0 + self.inner(inner_gains, filter_s, sensors))
+        return _controller(gains, filter_s, AGE_S) * closed * self.slope_m_k
 
     def single(self, gains: Gains, filter_s: float) -> Complex:
         """Open single loop: PID, filter, power to displacement."""
@@ -91,8 +96,13 @@ class Plant:
 
 def _controller(gains: Gains, filter_s: float, delay_s: float) -> Complex:
     s = 1j * OMEGA
-    pid = gains.kp + gains.ki / s + gains.kd * gains.n * s / (s + gains.n)
-    return np.asarray(pid * np.exp(-s * delay_s) / (filter_s * s + 1.0))
+    return np.asarray(_pid(gains) * np.exp(-s * delay_s) / (filter_s * s + 1.0))
+
+
+def _pid(gains: Gains, proportional: float = 1.0, derivative: float = 1.0) -> Complex:
+    """From what is measured, or, with the weights of the setpoint, from that."""
+    s = 1j * OMEGA
+    return np.asarray(proportional * gains.kp + gains.ki / s + derivative * gains.kd * gains.n * s / (s + gains.n))
 
 
 def _steepest(model: Model, displacement_m: tuple[float, float]) -> float:

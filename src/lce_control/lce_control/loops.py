@@ -2,9 +2,13 @@
 """Control loops: a filter and a PID, and two of them as the cascade of Fig. 6.2."""
 
 import math
+from typing import Final
 
 from lce_control.filters import LowPass, Sample
 from lce_control.pid import PID, Gains, Limits
+
+FOLLOW_K: Final = 2.0
+"""Of the outer loop: well above the camera's noise, well below the way to a target [K]."""
 
 
 class Loop:
@@ -44,7 +48,7 @@ class OuterLoop:
     strip is further than ``follow_k`` [K] from the setpoint (the power is at its limit, or the strip is on its way).
     """
 
-    def __init__(self, loop: Loop, follow_k: float = math.inf) -> None:
+    def __init__(self, loop: Loop, follow_k: float = FOLLOW_K) -> None:
         self.loop, self.follow_k = loop, follow_k
 
     def step(

@@ -28,7 +28,7 @@ from lce_control.controller_node import ControllerNode
 from lce_control.filters import Sample
 from lce_control.goal_node import Goal
 from lce_control.loop_parameters import declare_loop
-from lce_control.loops import OuterLoop
+from lce_control.loops import FOLLOW_K, OuterLoop
 from lce_control.pid import Gains, Limits
 from lce_ros.conversions import to_celsius, to_kelvin, to_stamp
 from lce_ros.health import Level
@@ -45,7 +45,7 @@ class OuterController(ControllerNode):
         super().__init__("outer_controller", **options)
         self.declare("lower_c", 0.0, "lowest setpoint", unit="°C", lower=-50.0, upper=50.0)
         self.declare("upper_c", 110.0, "highest setpoint", unit="°C", lower=50.0, upper=250.0)
-        self.declare("follow_k", 2.0, "distance to the setpoint at which the integral rests", unit="K",
+        self.declare("follow_k", FOLLOW_K, "distance to the setpoint at which the integral rests", unit="K",
                      lower=0.0, upper=1000.0)  # fmt: skip
         self.declare("displacement_timeout_s", 0.1, "age of a displacement that is none", unit="s",
                      lower=0.02, upper=1.0)  # fmt: skip

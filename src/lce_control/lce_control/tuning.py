@@ -6,8 +6,9 @@ A candidate is judged by its closed loops to several setpoints. The smallest tim
     J = max over the steps of  ∫ t |e| dt / ∫ t dt,   e = 1 - y/r
 
 among the candidates that meet the requirements, which are constraints: rise time, settling, overshoot, undershoot, and
-the gain and phase margins of the linearised loops. scipy's differential evolution finds it on the model, Nelder–Mead
-goes on from there in the experiment; both over logarithms, of K_p, T_i = K_p/K_i, T_d = K_d/K_p, N and follow_k.
+the gain and phase margins of the linearised loops. scipy's differential evolution finds where it is on the model,
+Nelder–Mead goes on from there, first on the model, then in the experiment; both over logarithms, of K_p,
+T_i = K_p/K_i, T_d = K_d/K_p and N.
 """
 
 import math
@@ -31,7 +32,8 @@ Parameters = Mapping[str, Mapping[str, float]]
 Progress = Callable[[str, int, int, float], None]
 """Called with what is being done, steps done, steps at most, and the smallest J so far."""
 
-GENERATIONS, CANDIDATES = 12, 6
+GENERATIONS, CANDIDATES, DOWNHILL = 8, 6, 250
+"""Of the evolution, candidates in each for every axis; tries of Nelder–Mead on the model."""
 DIGITS: Final = 3
 STEP_FIGURES: Final = ("rise_s", "settling_s", "overshoot", "undershoot", "shake_w")
 NEVER_S: Final = 1e6
@@ -48,8 +50,8 @@ class Requirements:
 
     rise_s: float = math.inf
     settling_s: float = math.inf
-    overshoot: float = 0.05
-    undershoot: float = 0.05
+    overshoot: float = 0.02
+    undershoot: float = 0.02
     shake_w: float = 0.05
     gain_margin: float = 2.0
     phase_margin_deg: float = 45.0
@@ -122,7 +124,7 @@ class Tuned:
 class Task:
     """A controller to tune: the steps it makes with given parameters, and its open loops.
 
-    ``box`` holds the axes of the search as NODE.AXIS, (lower, upper): kp, ti, td, n, follow_k; kp is there always.
+    ``box`` holds the axes of the search as NODE.AXIS, (lower, upper): kp, ti, td, n; kp is there always.
     """
 
     name: str
@@ -140,15 +142,31 @@ def gains_of(parameters: Mapping[str, float]) -> Gains:
     return Gains(**{name: parameters[name] for name in ("kp", "ki", "kd", "n") if name in parameters})
 
 
-def search(task: Task, wanted: Requirements, progress: Progress, seed: int = 0) -> Tuned:
-    """The parameters with the smallest J that meet the requirements; LceError where none are found."""
-    evaluations = 0
+def search(
+    task: Task, wanted: Requirements, progress: Progress, seed: int = 0, guess: Parameters | None = None
+) -> Tuned:
+    """The parameters with the smallest J that meet the requirements; LceError where none are found.
+
+    A ``guess`` takes the place of the evolution.
+    """
+    tries = _evolved(task, wanted, progress, seed) if guess is None else []
+    start = guess if guess is not None else _best(tries, wanted).parameters
+    return _checked([*tries, *_downhill(task, start, wanted, progress, "downhill", DOWNHILL)], wanted)
+
+
+def refine(task: Task, start: Tuned, wanted: Requirements, progress: Progress, experiments: int) -> Tuned:
+    """Go on from gains of a search in the experiment, whose steps the task makes; LceError as `search`."""
+    return _checked(_downhill(task, start.parameters, wanted, progress, "on the bench", experiments), wanted)
+
+
+def _evolved(task: Task, wanted: Requirements, progress: Progress, seed: int) -> list[Tuned]:
+    """Every candidate of a differential evolution whose loops were closed."""
 
     @cache
     def candidate(x: tuple[float, ...]) -> Tuned:
-        nonlocal evaluations
-        evaluations += 1
         return task.tuned(_parameters(task, x))
+
+    closed: list[Tuned] = []
 
     def error(x: Floats) -> float:
         return candidate(tuple(x)).itae
@@ -157,9 +175,10 @@ def search(task: Task, wanted: Requirements, progress: Progress, seed: int = 0) 
         # The margins cost next to nothing: only a loop that has them is closed.
         loops = task.open_loops(_parameters(task, tuple(x)))
         stable = missing_margins({name: margins(loop) for name, loop in loops.items()}, wanted)
-        fails = max(stable.values()) > 0.0
-        steps = dict.fromkeys(STEP_FIGURES, 1.0) if fails else missing_figures(candidate(tuple(x)).steps, wanted)
-        return [*stable.values(), *steps.values()]
+        if max(stable.values()) > 0.0:
+            return [*stable.values(), *dict.fromkeys(STEP_FIGURES, 1.0).values()]
+        closed.append(candidate(tuple(x)))
+        return [*stable.values(), *missing_figures(closed[-1].steps, wanted).values()]
 
     def told(intermediate_result: OptimizeResult) -> None:  # scipy passes it by this name
         progress(task.name, int(intermediate_result.nit), GENERATIONS, float(intermediate_result.fun))
@@ -176,31 +195,39 @@ def search(task: Task, wanted: Requirements, progress: Progress, seed: int = 0) 
         polish=False,
         callback=told,
     )
-    best = candidate(tuple(found.x))
-    check(best, wanted)
-    return replace(best, evaluations=evaluations)
+    return [*closed, candidate(tuple(found.x))]
 
 
-def refine(task: Task, start: Tuned, wanted: Requirements, progress: Progress, experiments: int) -> Tuned:
-    """Go on from gains of a search in the experiment, whose steps the task makes; what is missed counts as error."""
+def _downhill(
+    task: Task, start: Parameters, wanted: Requirements, progress: Progress, where: str, tries: int
+) -> list[Tuned]:
+    """Every try of Nelder–Mead; what is missed of the requirements counts as error."""
     done: list[Tuned] = []
 
     def error(x: Floats) -> float:
-        tuned = task.tuned(_parameters(task, tuple(x)))
-        done.append(tuned)
-        progress(f"{task.name} on the bench", len(done), experiments, min(map(cost, done)))
-        return cost(tuned)
+        done.append(task.tuned(_parameters(task, tuple(x))))
+        progress(f"{task.name} {where}", len(done), tries, _best(done, wanted).itae)
+        return _cost(done[-1], wanted)
 
-    def cost(tuned: Tuned) -> float:
-        missing = missing_margins(tuned.margins, wanted) | missing_figures(tuned.steps, wanted)
-        return tuned.itae + sum(max(x, 0.0) for x in missing.values())
-
-    first = _axes(task, start.parameters)
+    first = _axes(task, start)
     simplex = np.vstack([first, first + SIMPLEX * np.diag(np.where(np.arange(first.size) % 2, -1.0, 1.0))])
-    minimize(error, first, method="Nelder-Mead", options={"maxfev": experiments, "initial_simplex": simplex})
-    best = min(done, key=cost)
+    minimize(error, first, method="Nelder-Mead", options={"maxfev": tries, "initial_simplex": simplex})
+    return done
+
+
+def _cost(tuned: Tuned, wanted: Requirements) -> float:
+    return tuned.itae + sum(max(x, 0.0) for x in _missing(tuned, wanted).values())
+
+
+def _best(tries: Sequence[Tuned], wanted: Requirements) -> Tuned:
+    """The smallest J that meets the requirements, or what misses the least of them."""
+    return min(tries, key=lambda t: (max(_missing(t, wanted).values()) > 0.0, _cost(t, wanted)))
+
+
+def _checked(tries: Sequence[Tuned], wanted: Requirements) -> Tuned:
+    best = _best(tries, wanted)
     check(best, wanted)
-    return replace(best, evaluations=len(done))
+    return replace(best, evaluations=len(tries))
 
 
 SIMPLEX: Final = 0.2
@@ -209,11 +236,14 @@ SIMPLEX: Final = 0.2
 
 def check(tuned: Tuned, wanted: Requirements) -> None:
     """Raise LceError, with every figure that is missed, where a controller does not meet the requirements."""
-    missing = missing_margins(tuned.margins, wanted) | missing_figures(tuned.steps, wanted)
-    worst = tuned.worst()
+    missing, worst = _missing(tuned, wanted), tuned.worst()
     told = [f"{name} {worst[name]:.3g} instead of {getattr(wanted, name):.3g}" for name, x in missing.items() if x > 0]
     if told:
         raise LceError(f"{tuned.name}: no gains found that meet the requirements; the best have {', '.join(told)}")
+
+
+def _missing(tuned: Tuned, wanted: Requirements) -> dict[str, float]:
+    return missing_margins(tuned.margins, wanted) | missing_figures(tuned.steps, wanted)
 
 
 def missing_margins(found: Mapping[str, Margins], wanted: Requirements) -> dict[str, float]:
@@ -257,7 +287,8 @@ def _parameters(task: Task, x: Sequence[float]) -> Parameters:
 def _gains(axes: Mapping[str, float]) -> dict[str, float]:
     kp = axes["kp"]
     exact = {"kp": kp, "ki": kp / axes["ti"], "kd": kp * axes["td"]}
-    exact |= {name: axes[name] for name in ("n", "follow_k") if name in axes}
+    if "n" in axes:
+        exact["n"] = axes["n"]
     return {name: float(f"{x:.{DIGITS}g}") for name, x in exact.items()}
 
 

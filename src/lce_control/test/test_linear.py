@@ -47,9 +47,16 @@ def test_more_gain_is_less_margin_and_an_old_sample_costs_phase() -> None:
 
 
 def test_the_outer_loop_sees_the_closed_inner_one() -> None:
-    inner = PLANT.inner(Gains(100.0), 0.0, Sensors(camera_latency_s=0.0, camera_period_s=0.01))
-    outer = PLANT.outer(Gains(200.0), inner, 0.0)
+    outer = PLANT.outer(Gains(200.0), Gains(100.0), 0.0, Sensors(camera_latency_s=0.0, camera_period_s=0.01))
     assert outer[0] == pytest.approx(200.0 * PLANT.slope_m_k, rel=0.01), "an inner loop that follows is a gain of 1"
+
+
+def test_over_an_inner_loop_too_soft_to_act_the_outer_one_is_the_single_loop() -> None:
+    """An old image of the camera costs the outer loop nothing there: it is in the feedback of the inner one."""
+    soft, outer = 1e-6, Gains(5e9, 1e9, 1e9, n=5.0)
+    cascade = PLANT.outer(outer, Gains(soft), 0.1, Sensors(camera_latency_s=0.5))
+    single = PLANT.single(Gains(soft * 5e9, soft * 1e9, soft * 1e9, n=5.0), 0.1)
+    np.testing.assert_allclose(cascade, single, rtol=1e-3)
 
 
 def test_a_strip_without_a_response_is_refused() -> None:

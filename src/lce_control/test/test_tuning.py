@@ -21,6 +21,7 @@ STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0})
 def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "GENERATIONS", 8)
     monkeypatch.setattr(tuning, "CANDIDATES", 4)
+    monkeypatch.setattr(tuning, "DOWNHILL", 20)
 
 
 def quiet(label: str, done: int, total: int, best: float) -> None:
@@ -103,6 +104,7 @@ def test_shake_is_what_the_power_does_around_its_trend() -> None:
 def test_a_strip_is_tuned_within_the_requirements(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "GENERATIONS", 1)
     monkeypatch.setattr(tuning, "CANDIDATES", 2)
+    monkeypatch.setattr(tuning, "DOWNHILL", 30)
     bench = ModelBench.of(STRIP)
     assert 0.0 < bench.targets_m[0] < bench.targets_m[-1] < 3e-3
     wanted = Requirements(overshoot=0.3, undershoot=0.3)

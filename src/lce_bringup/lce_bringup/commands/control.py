@@ -53,14 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Record a run for each target, print the figures, write what was asked for."""
-    from lce_bringup.graph import laser_limit_w
+    from lce_bringup.graph import default_strip, laser_limit_w
     from lce_bringup.positioning import judge
     from lce_bringup.positioning_page import HEAD, page, rows
     from lce_bringup.recording import interruptible, record, simulated_strip
     from lce_bringup.settings import parse_settings
     from lce_model.model_file import write_atomically
 
-    model_file = args.model or _default_strip()
+    model_file = args.model or default_strip()
     strip = simulated_strip(args.strip or model_file, parse_settings(args.set))
     plans = _plans(args, model_file)
     interruptible()
@@ -109,9 +109,3 @@ def _plans(args: argparse.Namespace, model_file: Path) -> list[Plan]:
         plan(args.mode, 1e-3 * target_mm, bench, folder, seed + k, args.hold, args.fast)
         for k, (target_mm, folder) in enumerate(zip(args.targets, places, strict=True))
     ]
-
-
-def _default_strip() -> Path:
-    from lce_bringup.graph import config_file
-
-    return config_file("models/strip.yaml")

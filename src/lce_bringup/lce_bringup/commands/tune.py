@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lce_bringup.positioning_plan import SimulatedBench
     from lce_bringup.progress import FitBar
     from lce_control.tuning import Requirements, Tuned
     from lce_control.tuning_tasks import ModelBench
@@ -19,13 +20,13 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce tune`."""
     parser.add_argument(
-        "--model", type=Path, required=True, metavar="M.yaml", help="model file, as `lce fit` writes it"
+        "--model", type=Path, metavar="M.yaml", help="as `lce fit` writes it; default: that of `lce control`"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="gains.yaml", help="ROS parameter file to write")
     parser.add_argument("--rise", type=float, default=math.inf, metavar="S", help="slowest rise to 80 %%; default: any")
-    parser.add_argument("--overshoot", type=float, default=0.05, metavar="F", help="largest overshoot (0.05 of a step)")
+    parser.add_argument("--overshoot", type=float, default=0.02, metavar="F", help="largest overshoot (0.02 of a step)")
     parser.add_argument(
-        "--undershoot", type=float, default=0.05, metavar="F", help="largest fall below the target afterwards (0.05)"
+        "--undershoot", type=float, default=0.02, metavar="F", help="largest fall below the target afterwards (0.02)"
     )
     parser.add_argument(
         "--settling", type=float, default=math.inf, metavar="S", help="slowest settling within 2 %%; default: any"
@@ -46,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Search, refine, write."""
-    from lce_bringup.graph import laser_limit_w
+    from lce_bringup.graph import default_strip, laser_limit_w
+    from lce_bringup.positioning_plan import SimulatedBench
     from lce_bringup.progress import FitBar
     from lce_bringup.tuning_bench import as_yaml
     from lce_bringup.tuning_page import HEAD, page, rows
@@ -56,19 +58,22 @@ def main(args: argparse.Namespace) -> int:
     from lce_model.model_file import write_atomically
 
     wanted = Requirements(args.rise, args.settling, args.overshoot, args.undershoot)
-    bench = ModelBench.of(load_model(args.model), laser_limit_w())
+    model_file = args.model or default_strip()
+    bench = ModelBench.of(load_model(model_file), laser_limit_w())
     with FitBar("ITAE {:.3%}") as bar:
         found = tune(bench, wanted, bar, args.seed)
         if args.bench is not None:
-            found = _refined(args, bench, found, wanted, bar)
+            strip_file = None if args.bench == Path() else args.bench
+            experiment = SimulatedBench(model_file, strip_file=strip_file)
+            found = _refined(experiment, args.experiments, bench, found, wanted, bar)
     _, double, single = found
     table = [HEAD, *rows(found)]
     widths = [max(len(row[i]) for row in table) for i in range(len(HEAD))]
     print("\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in table))
-    told = f"# Written by lce tune for the strip of {args.model.name}.\n"
+    told = f"# Written by lce tune for the strip of {model_file.name}.\n"
     write_atomically(args.out, told + as_yaml({**double.parameters, **single.parameters}))
     if args.report:
-        write_atomically(args.report, page(found, wanted, bench, (f"Model: {args.model}.",)))
+        write_atomically(args.report, page(found, wanted, bench, (f"Model: {model_file}.",)))
     for path in (args.out, args.report):
         if path:
             print(path)
@@ -76,17 +81,14 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _refined(
-    args: argparse.Namespace, bench: ModelBench, found: Sequence[Tuned], wanted: Requirements, bar: FitBar
+    experiment: SimulatedBench, tries: int, bench: ModelBench, found: Sequence[Tuned], wanted: Requirements, bar: FitBar
 ) -> tuple[Tuned, Tuned, Tuned]:
-    from lce_bringup.positioning_plan import SimulatedBench
     from lce_bringup.tuning_bench import on_the_bench
     from lce_control.tuning import refine
 
     inner, double, single = found
-    strip = None if args.bench == Path() else args.bench
-    experiment = SimulatedBench(args.model, strip_file=strip)
-    better = [
-        refine(on_the_bench(task, experiment, bench.targets_m, bench.duration_s), start, wanted, bar, args.experiments)
+    double, single = (
+        refine(on_the_bench(task, experiment, bench.targets_m, bench.duration_s), start, wanted, bar, tries)
         for task, start in ((bench.double(inner), double), (bench.single(), single))
-    ]
-    return inner, better[0], better[1]
+    )
+    return inner, double, single
