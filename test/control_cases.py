@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the modes of control are put to: targets, trajectories, disturbances, and a strip that is not the model."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -133,7 +133,7 @@ def _rates(case: Case, size: int) -> list[float]:
     return [*(np.diff(targets)[row] / STREAM_S).tolist()]
 
 
-def play_all(jobs: list[tuple[Case, str, int]], workers: int) -> list[ClosedLoop]:
+def play_all(jobs: list[tuple[Case, str, int]], workers: int) -> Iterator[ClosedLoop]:
     """Every (case, mode, seed), in that order."""
     with ProcessPoolExecutor(workers) as pool:
-        return list(pool.map(play, *zip(*jobs, strict=True), chunksize=4))
+        yield from pool.map(play, *zip(*jobs, strict=True), chunksize=4)

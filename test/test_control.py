@@ -19,7 +19,7 @@ from std_msgs.msg import Float64
 from lce_bringup import graph
 from lce_bringup.lockstep import Lockstep
 from lce_model import default_model, save_model
-from lce_ros.conversions import from_stamp
+from lce_ros.conversions import from_stamp, to_stamp
 from lce_ros.testing import Graph, Heard
 from lce_ros.testing import graph as ros_graph
 
@@ -148,8 +148,33 @@ def test_without_a_fresh_measurement_zero_is_commanded(bench: Graph, tmp_path: P
     assert len(commands) >= 47, "100 Hz all the same"
 
 
+@pytest.mark.parametrize(
+    ("setpoint_c", "ahead_s", "lit"),
+    [(80.0, 0.0, True), (math.inf, 0.0, False), (math.nan, 0.0, False), (80.0, 60.0, False)],
+)
+def test_nonsense_at_the_inner_loop_is_zero_power(bench: Graph, setpoint_c: float, ahead_s: float, lit: bool) -> None:
+    """A setpoint that is no number, or a temperature of another clock's future, which would never become stale."""
+    bench.add(graph.node_class(graph.INNER), sim_time=True)
+    operator = bench.probe("operator", sim_time=True)
+    setpoints, camera = (operator.advertise(Temperature, topic) for topic in ("temperature_setpoint", "temperature"))
+    commands = bench.hear(Float64, "laser/power_command", operator)
+
+    def tell() -> None:
+        measured = Temperature(temperature=28.0)
+        measured.header.stamp = to_stamp(bench.time_s + ahead_s)
+        camera.publish(measured)
+        setpoints.publish(Temperature(temperature=setpoint_c))
+
+    bench.lockstep(20, tell)
+    assert len(commands) >= 15 and (commands.data[-1] > 0.0) is lit
+
+
 def test_gains_are_live_within_their_ranges_and_do_not_move_the_command(bench: Graph, tmp_path: Path) -> None:
-    with control(bench, "double", tmp_path) as b:
+    calm = {
+        "outer_controller": {"kp": 3000.0, "ki": 1500.0, "kd": 0.0},
+        "inner_controller": {"kp": 1.0, "ki": 0.1, "kd": 0.0},
+    }
+    with control(bench, "double", tmp_path, **calm) as b:
         b.follow(TARGET_M, 20.0)
         inner = b.nodes["inner_controller"]
         last = b.heard["laser/power_command"].data[-1]

@@ -2,8 +2,9 @@
 """What every controller node shares: it is driven by its sensor, and does not fall silent with it."""
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
+from lce_control.filters import Sample
 from lce_ros.node import BenchNode
 
 PERIOD_S: Final = 0.01
@@ -31,6 +32,10 @@ class ControllerNode(BenchNode):
             self.step(self.now_s())
 
         self.listen(msg_type, topic, receive)
+
+    def is_fresh(self, sample: Sample | None, now_s: float, timeout: str) -> TypeGuard[Sample]:
+        """Whether a sample is there that is not older than the parameter ``timeout`` [s], nor as far in the future."""
+        return sample is not None and abs(now_s - sample.t_s) <= self.value(timeout)
 
     def step(self, now_s: float) -> None:
         """Judge what is known at ``now_s`` [s], and publish."""

@@ -57,11 +57,11 @@ class InnerController(ControllerNode):
         """Command the power for now."""
         setpoint, temperature = self._setpoint, self._temperature
         power_w = 0.0
-        if setpoint is None or math.isnan(setpoint.value):
+        if setpoint is None or not math.isfinite(setpoint.value):
             self._rest(Level.OK, "no setpoint")
-        elif now_s - setpoint.t_s > self.value("setpoint_timeout_s"):
+        elif not self.is_fresh(setpoint, now_s, "setpoint_timeout_s"):
             self._rest(Level.WARN, "the setpoint is stale")
-        elif temperature is None or now_s - temperature.t_s > self.value("temperature_timeout_s"):
+        elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
             self._rest(Level.ERROR, "no fresh temperature")
         else:
             power_w = self._loop.step(now_s, setpoint.value, temperature)

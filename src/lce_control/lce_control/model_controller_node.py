@@ -83,9 +83,9 @@ class ModelController(ControllerNode):
         self._controller.observe(now_s, self._new, self._temperature, self._before_w)
         self._new, self._before_w = None, self._applied_w
         displacement, temperature, power_w = self._displacement, self._temperature, 0.0
-        if displacement is None or now_s - displacement.t_s > self.value("displacement_timeout_s"):
+        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._rest("no fresh displacement")
-        elif temperature is None or now_s - temperature.t_s > self.value("temperature_timeout_s"):
+        elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
             self._rest("no fresh temperature")
         elif math.isnan(self._target_m):
             self.report(Level.OK, "no target: zero power")
@@ -128,7 +128,8 @@ class ModelController(ControllerNode):
             self._target_m, self._refusal = message.data, None
 
     def _take_power(self, message: Float64) -> None:
-        self._applied_w = message.data
+        if math.isfinite(message.data):
+            self._applied_w = message.data
 
     def _take_temperature(self, message: Temperature) -> None:
         if math.isfinite(message.temperature):

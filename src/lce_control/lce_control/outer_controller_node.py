@@ -61,7 +61,7 @@ class OuterController(ControllerNode):
         """Publish the setpoint for now."""
         self._goal.look(now_s)
         displacement, setpoint_k = self._displacement, math.nan
-        if displacement is None or now_s - displacement.t_s > self.value("displacement_timeout_s"):
+        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._outer.reset()
             self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: no setpoint")
         elif not self._goal.exists:

@@ -56,7 +56,7 @@ class SingleController(ControllerNode):
         """Command the power for now."""
         self._goal.look(now_s)
         displacement, power_w = self._displacement, 0.0
-        if displacement is None or now_s - displacement.t_s > self.value("displacement_timeout_s"):
+        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._loop.reset()
             self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: zero power")
         elif not self._goal.exists:
