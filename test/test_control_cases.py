@@ -8,7 +8,7 @@ from control_cases import MODES, follower, known, play, steps, trajectory
 
 from lce_bringup import graph
 from lce_control.metrics import step_metrics
-from lce_control.tuning import Requirements, check
+from lce_control.requirements import Requirements, check
 from lce_control.tuning_tasks import INNER, OUTER, SINGLE, ModelBench
 
 

@@ -15,7 +15,8 @@ from lce_bringup.fast import run_fast
 from lce_bringup.positioning import read_series
 from lce_bringup.positioning_plan import SimulatedBench, plan
 from lce_bringup.topics import TARGET
-from lce_control.tuning import Parameters, Step, Task
+from lce_control.requirements import Parameters, Step
+from lce_control.tuning import Task
 
 
 def as_yaml(parameters: Parameters) -> str:

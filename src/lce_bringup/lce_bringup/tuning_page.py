@@ -11,7 +11,7 @@ import numpy as np
 from lce_analysis.report import Axis, Curve, Grid, Lines, Section, Table, render
 from lce_bringup import __version__
 from lce_control.linear import OMEGA, Complex
-from lce_control.tuning import Requirements, Step, Tuned
+from lce_control.requirements import Requirements, Step, Tuned
 from lce_control.tuning_tasks import ModelBench
 
 HEAD = ("loop", "rise to 80 % [s]", "settling in 2 % [s]", "overshoot", "undershoot", "ITAE", "shake [W]",

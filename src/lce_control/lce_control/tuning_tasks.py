@@ -13,7 +13,8 @@ from lce_control.closed_loop import Controller, Sensors, run
 from lce_control.linear import Complex, Plant
 from lce_control.loops import Cascade, Loop, OuterLoop
 from lce_control.pid import Limits
-from lce_control.tuning import Parameters, Progress, Requirements, Step, Task, Tuned, gains_of, search
+from lce_control.requirements import Parameters, Requirements, Step, Tuned
+from lce_control.tuning import Progress, Task, gains_of, search
 from lce_model import LceError, Model, simulate
 from lce_model.inverse import HOTTEST_K, InverseChart, temperature_from_here_k
 

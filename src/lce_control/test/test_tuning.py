@@ -9,7 +9,8 @@ import pytest
 
 from lce_control import tuning
 from lce_control.linear import OMEGA, Complex, margins
-from lce_control.tuning import Parameters, Requirements, Step, Task, refine, search
+from lce_control.requirements import Parameters, Requirements, Step
+from lce_control.tuning import Task, refine, search
 from lce_control.tuning_tasks import INNER, OUTER, SINGLE, ModelBench, tune
 from lce_model import LceError, default_model
 

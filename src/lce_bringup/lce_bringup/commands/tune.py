@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from lce_bringup.positioning_plan import SimulatedBench
     from lce_bringup.progress import FitBar
-    from lce_control.tuning import Requirements, Tuned
+    from lce_control.requirements import Requirements, Tuned
     from lce_control.tuning_tasks import ModelBench
 
 
@@ -52,7 +52,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_bringup.progress import FitBar
     from lce_bringup.tuning_bench import as_yaml
     from lce_bringup.tuning_page import HEAD, page, rows
-    from lce_control.tuning import Requirements
+    from lce_control.requirements import Requirements
     from lce_control.tuning_tasks import ModelBench, tune
     from lce_model import load_model
     from lce_model.model_file import write_atomically
