@@ -34,7 +34,7 @@ hidden: setup  ## the diagnosis on strips that hide an effect (two hours; HIDDEN
 comparison: setup  ## the deformation models beside each other, on seen and unseen runs
 	@$(RUN) python test/comparison.py
 
-control: setup  ## the modes of control beside each other and the bang-bang limit (20 minutes)
+control: setup  ## the modes of control beside each other and the bang-bang limit (10 minutes)
 	@$(RUN) python test/control_comparison.py
 
 bench: setup  ## speed, latency, jitter
