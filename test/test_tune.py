@@ -18,6 +18,7 @@ def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "GENERATIONS", 2)
     monkeypatch.setattr(tuning, "CANDIDATES", 2)
     monkeypatch.setattr(tuning, "DOWNHILL", 30)
+    monkeypatch.setattr(tuning_tasks, "SHARES", (0.45, 0.9))
 
 
 def gains(path: Path) -> dict[str, dict[str, float]]:
