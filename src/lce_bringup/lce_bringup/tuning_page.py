@@ -12,7 +12,7 @@ from lce_analysis.report import Axis, Curve, Grid, Lines, Section, Table, render
 from lce_bringup import __version__
 from lce_control.linear import OMEGA, Complex
 from lce_control.requirements import Requirements, Step, Tuned
-from lce_control.tuning_tasks import ModelBench
+from lce_control.tuning_tasks import CHART_OFF_K, ModelBench
 
 HEAD = ("loop", "rise to 80 % [s]", "settling in 2 % [s]", "overshoot", "undershoot", "ITAE", "shake [W]",
         "gain margin [dB]", "phase margin [°]")  # fmt: skip
@@ -63,7 +63,8 @@ def page(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about:
     notes = (
         "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
         "those of the loops linearised at the power that holds the middle target, where displacement over temperature "
-        "is steepest, samples counted as old as they are; what the controller extrapolates is left out."
+        "is steepest, samples counted as old as they are; what the controller extrapolates is left out. On the model the "
+        f"double loop has a feed-forward that is {CHART_OFF_K:g} K wrong, up and down in turn."
     )
     sections = [
         Section("Figures", (Table("", HEAD, rows(found)), notes)),
