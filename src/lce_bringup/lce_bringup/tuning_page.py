@@ -63,8 +63,8 @@ def page(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about:
     notes = (
         "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
         "those of the loops linearised at the power that holds the middle target, where displacement over temperature "
-        "is steepest, samples counted as old as they are; what the controller extrapolates is left out. On the model the "
-        f"double loop has a feed-forward that is {CHART_OFF_K:g} K wrong, up and down in turn."
+        "is steepest, samples counted as old as they are; what the controller extrapolates is left out. On the model "
+        f"the double loop has a feed-forward that is {CHART_OFF_K:g} K wrong, up and down in turn."
     )
     sections = [
         Section("Figures", (Table("", HEAD, rows(found)), notes)),
