@@ -49,7 +49,7 @@ def test_the_gains_of_control_yaml_are_those_of_the_default_strip() -> None:
     content = yaml.safe_load(graph.config_file("control.yaml").read_text(encoding="utf-8"))
     gains = {node: content[f"/**/{node}"]["ros__parameters"] for node in (INNER, OUTER, SINGLE)}
     bench, wanted = ModelBench.of(known(), graph.laser_limit_w()), Requirements()
-    double, single = bench.double(bench.inner().tuned(gains)).tuned(gains), bench.single().tuned(gains)
+    double, single = bench.double().tuned(gains), bench.single().tuned(gains)
     check(double, wanted)
     check(single, wanted)
 

@@ -50,7 +50,7 @@ DIGITS: Final = 3
 class Task:
     """A controller to tune: the steps it makes with given parameters, and its open loops.
 
-    ``box`` holds the axes of the search as NODE.AXIS, (lower, upper): kp, ti, td, n; kp is there always.
+    ``box`` holds the axes of the search as NODE.AXIS: kp, ti, td, n, kp always; and within which the evolution looks.
     """
 
     name: str

@@ -89,6 +89,6 @@ def _refined(
     inner, double, single = found
     double, single = (
         refine(on_the_bench(task, experiment, bench.targets_m, bench.duration_s), start, wanted, bar, tries)
-        for task, start in ((bench.double(inner), double), (bench.single(), single))
+        for task, start in ((bench.double(), double), (bench.single(), single))
     )
     return inner, double, single
