@@ -35,18 +35,6 @@ def zigzag(corners_w: Sequence[float], ramp_s: float, *, rest_s: float = REST_S)
     return _with_rest(np.interp(_grid(float(at[-1])), at, corners_w), rest_s)
 
 
-def minor_loops(low_w: float, high_w: float, cycles: int, ramp_s: float, *, rest_s: float = REST_S) -> Wave:
-    """Ramps from 0 to `high_w`, then `cycles` falls and rises that shrink to the middle of both."""
-    middle_w, half_w = (low_w + high_w) / 2.0, (high_w - low_w) / 2.0
-    corners = [0.0, high_w]
-    for n in range(cycles):
-        corners += [
-            middle_w - half_w * (cycles - n) / cycles,
-            middle_w + half_w * (cycles - n - 0.5) / cycles,
-        ]
-    return zigzag(corners, ramp_s, rest_s=rest_s)
-
-
 def prbs(low_w: float, high_w: float, bit_s: float, bits: int, seed: int, *, rest_s: float = REST_S) -> Wave:
     """Random binary power: `bits` draws of low or high [W], `bit_s` each."""
     drawn = np.random.default_rng(seed).integers(0, 2, bits)
