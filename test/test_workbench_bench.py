@@ -11,7 +11,10 @@ from run_command import experiment, until, values
 
 from lce_bringup.workbench import jobs, work
 from lce_bringup.workbench.bench import Workbench
-from lce_bringup.workbench.live import Ear, Heard
+from lce_bringup.workbench.heard import Heard
+from lce_bringup.workbench.live import Ear
+
+pytestmark = pytest.mark.alone
 
 
 @pytest.fixture
@@ -31,8 +34,10 @@ def heard(ear: Ear) -> Heard:
 def test_a_run_is_heard_live_and_stopped_at_once(bench: Workbench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
     ear, out = bench.ear, bench.folder / "stopped"
-    monkeypatch.setattr(bench, "_reopen", lambda: None)
-    bench.record("Run", work.run, protocol="hold:power=1.5,hold=60", out=out, settings=[], domain=ear.open())
+    monkeypatch.setattr(bench, "_recorded", lambda: None)
+    bench.record(
+        "Run", work.run, protocol="hold:power=1.5,hold=60", out=out, model=None, settings=[], domain=ear.open()
+    )
 
     until(lambda: heard(ear).values.get("laser/power", 0.0) > 1.0, "light on the strip")
     begin, count = time.monotonic(), ear.count

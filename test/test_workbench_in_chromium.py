@@ -10,6 +10,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.request import urlopen
@@ -18,18 +19,19 @@ import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect, sync_playwright
-from run_command import LCE, until
+from run_command import until
 
 from lce_model import KELVIN, default_model, load_model, save_model, simulate
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+SCRIPT = Path(__file__).parents[1] / "src" / "lce_bringup" / "bin" / "lce"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic"]
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
 TABS = ("Runs", "Look", "Learn", "Add", "Tell apart", "Take away", "Bench")
 JOB_MS = 90_000
 CONTRAST = {"runOnly": ["color-contrast"]}
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+pytestmark = [pytest.mark.alone, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 
 
 def record(path: Path, power: np.ndarray, seed: int) -> None:
@@ -61,7 +63,16 @@ def address(campaign: Path) -> Iterator[str]:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    command = [*LCE, "workbench", str(campaign), "--model", str(campaign / "model.yaml"), "--port", str(port)]
+    command = [
+        sys.executable,
+        str(SCRIPT),
+        "workbench",
+        str(campaign),
+        "--model",
+        str(campaign / "model.yaml"),
+        "--port",
+        str(port),
+    ]
     env = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}  # NiceGUI asks for them
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as server:
         assert server.stdout is not None

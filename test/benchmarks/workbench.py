@@ -153,12 +153,12 @@ DRAW = """async () => {
   return took;
 }"""
 SLIDE = """async (steps) => {
-  const figures = document.querySelector(".hand .figures"), thumb = document.querySelector(".slider [tabindex]");
+  const figures = document.querySelector(".hand .figures"), slider = document.querySelector(".sliders input");
   const took = [];
-  thumb.focus();
   for (let i = 0; i < steps; i++) {
     const before = figures.dataset.replaced ?? "0", begin = performance.now();
-    thumb.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", keyCode: 39, bubbles: true }));
+    slider.stepUp();
+    slider.dispatchEvent(new Event("input"));
     while ((figures.dataset.replaced ?? "0") === before && performance.now() - begin < 5000) {
       await new Promise((next) => setTimeout(next, 1));
     }

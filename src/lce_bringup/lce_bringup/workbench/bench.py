@@ -68,6 +68,12 @@ class Workbench:
                 await self._read(name)
         self.version += 1
 
+    async def reopen(self) -> None:
+        """Read everything anew."""
+        self.entries.clear()
+        self._comparisons.clear()
+        await self.open()
+
     async def _read(self, name: str) -> None:
         """Read a run, once."""
         from lce_analysis.experiment import read_run
@@ -148,7 +154,10 @@ class Workbench:
         """What `diagnose` said of the current model, None where it was not asked."""
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
-        return dict(json.loads(file.read_text(encoding="utf-8")))
+        try:
+            return dict(json.loads(file.read_text(encoding="utf-8")))
+        except ValueError:
+            raise LceError(f"{file}: no diagnosis; delete it and diagnose anew") from None
 
     # Jobs
 
@@ -183,9 +192,9 @@ class Workbench:
 
     def record(self, name: str, work: Work, out: Path, **arguments: Any) -> None:
         """Begin a job that records a run into the folder; it is opened when it is over, however it ended."""
-        self.start(name, work, self._reopen, gentle=True, out=out, **arguments)
+        self.start(name, work, self._recorded, gentle=True, out=out, **arguments)
 
-    def _reopen(self) -> None:
+    def _recorded(self) -> None:
         self._opening = asyncio.ensure_future(self.open())
 
     def poll(self) -> None:
@@ -201,6 +210,11 @@ class Workbench:
     def cancel(self) -> None:
         """End the job."""
         if self.job is not None:
+            self.job.cancel()
+
+    def stop(self) -> None:
+        """End the job if it controls something: the laser goes to zero."""
+        if self.job is not None and self.job.gentle:
             self.job.cancel()
 
     def close(self) -> None:

@@ -17,7 +17,7 @@ from lce_analysis.report import Axis, Bars, Block, Curve, Figure, Grid, Group, L
 from lce_analysis.report.blocks import Role
 from lce_analysis.report.run import NAMES, POWER, RESIDUAL, TIME, VALUE
 from lce_bringup.workbench.bench import Workbench
-from lce_bringup.workbench.live import Heard
+from lce_bringup.workbench.heard import Heard
 from lce_model import KELVIN, Model
 from lce_model.effects import library
 
@@ -54,7 +54,7 @@ def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]
         axis, factor = RESIDUAL[quantity]
         curves = (
             Curve("measured − model", (measured.value - before) * factor, "residual"),
-            Curve(f"what {effect} would add", (after - before) * factor, "after"),
+            Curve(f"what {effect} would add before the refit", (after - before) * factor, "after"),
         )
         title = f"{axis.name} of {run.name}, and {effect}"
         blocks.append(Lines(title, TIME, axis, measured.time_s, curves, linked=f"{effect} {run.name}"))
@@ -97,20 +97,20 @@ def before_and_after(bench: Workbench) -> Sequence[Block]:
     return [f"Model {parent} (before) and model {bench.session.current} (after).", *falls(before, after, held_out)]
 
 
-def by_hand(model: Model, run: Run) -> Sequence[Block]:
-    """Measured, the model, and a curve that follows the sliders; of a long run every so many samples."""
-    modelled = hand_curves(model, run)
+def by_hand(model: Model, moved: Model, run: Run) -> Sequence[Block]:
+    """Measured, the model, and the model moved by hand; of a long run every so many samples."""
+    modelled, by_hand = hand_curves(model, run), hand_curves(moved, run)
     blocks: list[Block] = []
     for quantity, series in zip(QUANTITIES, (run.temperature, run.displacement), strict=True):
         axis, factor = VALUE[quantity]
-        y = modelled.get(f"{NAMES[quantity]}/{BY_HAND}")
-        if series is None or y is None:
+        key = f"{NAMES[quantity]}/{BY_HAND}"
+        if series is None or key not in modelled:
             continue
         offset = KELVIN if quantity == "temperature" else 0.0
         curves = (
             Curve("measured", (_thin(series.value) - offset) * factor, "measured"),
-            Curve("model", y, "model"),
-            Curve(BY_HAND, y, "after"),
+            Curve("model", modelled[key], "model"),
+            Curve(BY_HAND, by_hand[key], "after"),
         )
         blocks.append(
             Lines(NAMES[quantity], TIME, axis, _thin(series.time_s), curves, linked=f"by hand {run.name}", height=220)

@@ -37,7 +37,7 @@ const png = (plot) => new Promise((done) => {
 
 export default {
   template: '<div class="figures" aria-live="off"></div>',
-  props: { url: String },
+  props: { url: String, lit: Object },
   async mounted() {
     this.onTheme = () => this.drawing?.redraw();
     document.addEventListener("theme", this.onTheme);
@@ -55,7 +55,7 @@ export default {
     this.room.disconnect();
     this.drawing?.clear();
   },
-  watch: { url() { this.load(); } },
+  watch: { url() { this.load(); }, lit() { this.light(); } },
   methods: {
     async load() {
       const response = await fetch(this.url);
@@ -82,6 +82,7 @@ export default {
           caption.append(button);
         }
       }
+      this.light();
       this.$el.dataset.drawn = places.length;
       this.$emit("drawn");
     },
@@ -96,8 +97,8 @@ export default {
       const plot = this.drawing.plots.find((p) => p.element.contains(button)), kind = button.dataset.take;
       save(kind === "csv" ? csv(plot) : await png(plot), fileName(plot, kind));
     },
-    light(spans) {
-      Object.entries(spans).forEach(([name, stretches]) => this.drawing?.light(name, stretches));
+    light() {
+      Object.entries(this.lit ?? {}).forEach(([name, stretches]) => this.drawing?.light(name, stretches));
     },
     replace(curves) {
       for (const plot of this.drawing?.plots ?? []) {

@@ -15,6 +15,8 @@ import numpy as np
 from nicegui import app, ui
 from numpy.typing import NDArray
 
+from lce_model.errors import LceError
+
 if TYPE_CHECKING:
     from lce_analysis.report import Block
 
@@ -48,7 +50,10 @@ def packed(key: str) -> bytes | None:
 
     numbers = Samples()
     page = Fragment(numbers)
-    html = "".join(page.block(block) for block in _shown[key]())
+    try:
+        html = "".join(page.block(block) for block in _shown[key]())
+    except LceError as error:
+        html = page.block(str(error))
     text = json.dumps({"html": html, "figures": page.figures}).encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<I", len(text)) + text + numbers.packed()
@@ -78,8 +83,8 @@ class Figures(ui.element, component="figures.js"):
         self._props["url"] = f"/figures/{self._key}?{self._version}"
 
     def light(self, spans: dict[str, list[tuple[float, float]]]) -> None:
-        """Light samples up: by linked name, stretches of the linked x."""
-        self.run_method("light", spans)
+        """Light samples up, now and when they are drawn anew: by linked name, stretches of the linked x."""
+        self._props["lit"] = spans
 
     def replace(self, curves: dict[str, Floats]) -> None:
         """Give curves new values (n,), by label; n is that of the figure."""

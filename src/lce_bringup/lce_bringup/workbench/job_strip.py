@@ -35,7 +35,8 @@ class JobStrip:
         self._failed.visible = job is not None and job.state in ("failed", "cancelled")
         if job is None:
             return
-        self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} was cancelled"
+        ended = "was stopped; what was recorded is among the runs" if job.gentle else "was cancelled"
+        self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} {ended}"
         self._course.visible = not job.gentle
         if not self._bench.working or not job.seen:
             return

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import signal
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NoReturn
 
 from lce_bringup.processes import end_with_parent
 from lce_model.errors import LceError
@@ -19,7 +21,6 @@ State = Literal["running", "done", "failed", "cancelled"]
 PERIOD_S: Final = 0.1
 """A job tells of its progress so often."""
 _FORK: Final = multiprocessing.get_context("forkserver")
-
 
 Work = Callable[..., None]
 """What a job calls, with keyword arguments and ``progress(label, done, total, rms)``; what it finds goes to files."""
@@ -113,23 +114,35 @@ class Job:
 
 
 def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
-    """In the process of the job."""
+    """In the process of the job. Where the server is gone, nobody is told, and the work is interrupted."""
     end_with_parent()
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    told = -1.0
+    signal.signal(signal.SIGINT, _interrupted_once)
+    told = -math.inf
+
+    def tell(message: object) -> None:
+        with suppress(BrokenPipeError):
+            send.send(message)
 
     def progress(label: str, done: int, total: int, rms: float) -> None:
         nonlocal told
         now = time.monotonic()
         if now - told >= PERIOD_S:
             told = now
-            send.send((label, done, total, rms))
+            tell((label, done, total, rms))
 
-    send.send(("starting", 0, 1, float("nan")))
+    tell(("starting", 0, 1, math.nan))
     try:
         work(progress=progress, **arguments)
-        send.send("")
+        tell("")
     except LceError as error:
-        send.send(" ".join(str(error).split()))
+        tell(" ".join(str(error).split()))
     except KeyboardInterrupt:
-        send.send(None)
+        tell(None)
+
+
+def _interrupted_once(number: int, frame: object) -> NoReturn:
+    """Ctrl-C in a terminal comes here and to the server, which passes it on: the second one must not disturb what the
+    first one ends in order.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt

@@ -3,49 +3,31 @@
 
 from __future__ import annotations
 
-import importlib
 import multiprocessing
 from collections import deque
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Final
 
 from lce_bringup.domain import own_domain
+from lce_bringup.workbench.heard import PERIOD_S, Heard
 
-PERIOD_S: Final = 1.0 / 15.0
 KEPT_S: Final = 60.0
-HEARD: Final = (
-    "temperature",
-    "temperature_setpoint",
-    "displacement",
-    "target_displacement",
-    "laser/power",
-    "laser/power_command",
-)
-"""Topics whose values are shown."""
+FORGOTTEN_S: Final = 3.0
+"""What a node said of itself so long ago holds no more; it says so once a second."""
 _FORK: Final = multiprocessing.get_context("forkserver")
-
-
-@dataclass(frozen=True)
-class Heard:
-    """What came last, at ``time_s`` of the node's clock: values by topic (°C, m, W), conditions of nodes by name."""
-
-    time_s: float
-    values: dict[str, float]
-    conditions: dict[str, tuple[int, str]] = field(default_factory=dict)
 
 
 class Ear:
     """Hears the topics of one ROS domain while it is open: the user's own where it is set, else a new one.
 
-    ``heard`` are the moments of the last minute, ``count`` how many there have been, ``conditions`` those told last.
+    ``heard`` are the moments of the last minute, ``count`` how many there have been.
     """
 
     def __init__(self) -> None:
         self.heard: deque[Heard] = deque(maxlen=round(KEPT_S / PERIOD_S))
         self.count = 0
-        self.conditions: dict[str, tuple[int, str]] = {}
         self.domain: int | None = None
         self._held = ExitStack()
         self._process: BaseProcess | None = None
@@ -55,9 +37,8 @@ class Ear:
         if self.domain is None or self._process is None or not self._process.is_alive():
             self.close()
             self.domain = self._held.enter_context(own_domain())
-            listen = importlib.import_module("lce_bringup.workbench.live_node").listen
             self._receive, send = _FORK.Pipe(duplex=False)
-            self._process = _FORK.Process(target=listen, args=(send, self.domain), daemon=True)
+            self._process = _FORK.Process(target=_listen, args=(send, self.domain), daemon=True)
             self._process.start()
             send.close()
         return self.domain
@@ -68,10 +49,15 @@ class Ear:
             while self.domain is not None and self._receive.poll():
                 moment: Heard = self._receive.recv()
                 self.heard.append(moment)
-                self.conditions |= moment.conditions
                 self.count += 1
         except EOFError:
             self.close()
+
+    @property
+    def conditions(self) -> dict[str, tuple[int, str]]:
+        """What the nodes said of themselves in the last seconds, by their names."""
+        recent = [moment.conditions for moment in list(self.heard)[-round(FORGOTTEN_S / PERIOD_S) :]]
+        return {name: told for conditions in recent for name, told in conditions.items()}
 
     def since(self, count: int) -> list[Heard]:
         """What was heard after the first ``count`` moments, as far as it is kept."""
@@ -86,3 +72,10 @@ class Ear:
             self._process.join(5.0)
         self.domain = self._process = None
         self._held.close()
+
+
+def _listen(send: Connection, domain: int) -> None:
+    """In a process of its own: the server does without ROS."""
+    from lce_bringup.workbench.live_node import listen
+
+    listen(send, domain)

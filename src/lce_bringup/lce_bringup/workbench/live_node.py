@@ -20,7 +20,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lce_bringup.graph import NAMESPACE
 from lce_bringup.processes import end_with_parent
 from lce_bringup.topics import LATCHED_TOPICS, RECORDED
-from lce_bringup.workbench.live import HEARD, PERIOD_S, Heard
+from lce_bringup.workbench.heard import HEARD, PERIOD_S, Heard
 from lce_ros.node import BenchNode, run
 
 FORGOTTEN_S: Final = 0.5

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choices that a page remembers while its tabs are filled anew."""
+"""What a page remembers while its tabs are filled anew: choices, and the tabs themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from nicegui import app
+from nicegui import app, ui
 from nicegui.events import ValueChangeEventArguments
 
 
@@ -18,3 +18,13 @@ def remembered(key: str, options: Sequence[str]) -> str:
 def remember(key: str, event: ValueChangeEventArguments[str]) -> None:
     """Remember a choice."""
     app.storage.client[key] = event.value
+
+
+def keep_tabs(tabs: ui.tabs) -> None:
+    """Remember the tabs of this page."""
+    app.storage.client["tabs"] = tabs
+
+
+def turn_to(tab: str) -> None:
+    """Show another tab of this page."""
+    app.storage.client["tabs"].set_value(tab)

@@ -7,10 +7,13 @@ from collections.abc import Callable
 from typing import Final
 
 from nicegui import ui
+from nicegui.events import KeyEventArguments
 
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import HEAD
 from lce_bringup.workbench.job_strip import JobStrip
+from lce_bringup.workbench.memory import keep_tabs
+from lce_model.errors import LceError
 
 PERIOD_S: Final = 0.1
 NAMES: Final = ("Runs", "Look", "Learn", "Add", "Tell apart", "Take away", "Bench")
@@ -43,9 +46,11 @@ class Page:
         with ui.tabs().props("no-caps align=left aria-label=Views") as tabs:
             for name in NAMES:
                 ui.tab(name)
+        keep_tabs(tabs)
         tabs.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
         with ui.tab_panels(tabs, value=tab if tab in NAMES else NAMES[0], animated=False):
             self._panels = {name: ui.tab_panel(name) for name in NAMES}
+        ui.keyboard(on_key=self._hear_key, ignore=[])
         self._follow: dict[str, Callable[[], None]] = {}
         self.follow()
         ui.timer(PERIOD_S, self.follow)
@@ -61,16 +66,26 @@ class Page:
         for follow in self._follow.values():
             follow()
 
+    def _hear_key(self, event: KeyEventArguments) -> None:
+        """Esc, wherever it is pressed, stops the bench."""
+        if event.key.escape and event.action.keydown:
+            self._bench.stop()
+
     def _fill(self) -> None:
         from lce_bringup.workbench.tabs import TABS
 
         for name, panel in self._panels.items():
-            if name not in self._follow:
-                panel.clear()
-                with panel:
+            if name in self._follow:
+                continue
+            panel.clear()
+            with panel:
+                try:
                     follow = TABS[name](self._bench)
-                if follow is not None:
-                    self._follow[name] = follow
+                except LceError as error:
+                    ui.label(str(error)).classes("bad")
+                    continue
+            if follow is not None:
+                self._follow[name] = follow
 
 
 def _model_line(bench: Workbench) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+import os
 from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
 from typing import Any, Final
@@ -44,6 +45,8 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
     app.on_startup(jobs.warm_up)
     app.on_startup(lambda: _background(lambda: load(bench, chosen, seen)))
     app.on_startup(lambda: _background(lambda: tend(bench)))
+    if os.environ.get("ROS_DOMAIN_ID"):  # what runs there can be heard before the page runs anything
+        app.on_startup(bench.ear.open)
     app.on_shutdown(bench.close)
 
 

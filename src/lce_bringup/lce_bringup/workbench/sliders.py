@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from nicegui import ui
@@ -19,54 +19,80 @@ from lce_bringup.workbench.memory import remember, remembered
 from lce_bringup.workbench.telling import telling
 from lce_model import Model, Value
 
+if TYPE_CHECKING:
+    from lce_analysis.experiment import Run
+
 STEPS: Final = 1000
+THROTTLE_S: Final = 0.05
 
 
-def sliders(bench: Workbench) -> None:
+class Sliders:
     """A slider for each parameter that a fit would move, over its bounds, and the curves of a run."""
-    start = bench.model()
-    names = list(bench.runs("train") | bench.runs("test"))
-    assert start is not None
-    moved: Model = start
-    ui.html("<h2>By hand</h2>", sanitize=False)
-    chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
-    chosen.on_value_change(partial(remember, "run"))
 
-    def curves() -> Sequence[Block]:
-        run = bench.entries[str(chosen.value)].run
+    def __init__(self, bench: Workbench, model: Model) -> None:
+        self._bench, self._start, self._moved = bench, model, model
+        names = list(bench.runs("train") | bench.runs("test"))
+        ui.html("<h2>By hand</h2>", sanitize=False)
+        self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
+        self._chosen.on_value_change(partial(remember, "run"))
+        with ui.element("div").classes("hand"):
+            with ui.element("div").classes("sliders"):
+                with ui.row().classes("line"):
+                    ui.button("Keep as a model", on_click=telling(self._keep)).props("outline no-caps").mark("keep")
+                    ui.button("Back", on_click=self._back).props("outline no-caps").mark("back")
+                self._sliders = [_Slider(value, self._follow) for value in model.values if not value.fixed]
+            self._figures = Figures(self._curves)
+        self._chosen.on_value_change(self._figures.reload)
+
+    def _run(self) -> Run:
+        run = self._bench.entries[str(self._chosen.value)].run
         assert run is not None
-        return drawings.by_hand(start, run)
+        return run
 
-    def follow(value: Value, coordinates: Coordinates, told: ui.label, position: float) -> None:
-        nonlocal moved
-        number = float(coordinates.from_box(np.array([position / STEPS]))[0])
-        moved = moved.set({value.key: number})
-        told.text = _told(value, number)
-        run = bench.entries[str(chosen.value)].run
-        if run is not None:
-            figures.replace(drawings.hand_curves(moved, run))
+    def _curves(self) -> Sequence[Block]:
+        return drawings.by_hand(self._start, self._moved, self._run())
 
-    with ui.element("div").classes("hand"):
-        with ui.element("div").classes("sliders"):
-            for value in start.values:
-                if not value.fixed:
-                    _slider(value, follow)
-            ui.button("Keep as a model", on_click=telling(lambda: bench.keep(moved, "by hand"))).props(
-                "outline no-caps"
-            ).mark("keep")
-        figures = Figures(curves)
-    chosen.on_value_change(figures.reload)
+    def _follow(self, key: str, number: float) -> None:
+        self._move(self._moved.set({key: number}))
+
+    def _move(self, model: Model) -> None:
+        self._moved = model
+        self._figures.replace(drawings.hand_curves(self._moved, self._run()))
+
+    def _keep(self) -> None:
+        self._bench.keep(self._moved, "by hand")
+
+    def _back(self) -> None:
+        for slider in self._sliders:
+            slider.back()
+        self._move(self._start)
 
 
-def _slider(value: Value, follow: Callable[[Value, Coordinates, ui.label, float], None]) -> None:
-    coordinates = Coordinates.of([value])
-    position = float(coordinates.to_box(np.array([value.value]))[0]) * STEPS
-    with ui.element("div").classes("slider"):
-        told = ui.label(_told(value, value.value))
-        slider = ui.slider(min=0, max=STEPS, step=1, value=round(position)).props(f'aria-label="{value.key}"')
-        slider.on_value_change(lambda event: follow(value, coordinates, told, float(event.value)))
-        slider.mark(f"slider {value.key}")
+class _Slider(ui.element, component="slider.js"):
+    """A slider that tells ``follow`` key and value; where it began it stands for exactly the value it began with."""
 
+    def __init__(self, value: Value, follow: Callable[[str, float], None]) -> None:
+        self._value, self._follow = value, follow
+        self._coordinates = Coordinates.of([value])
+        self._began = round(float(self._coordinates.to_box(np.array([value.value]))[0]) * STEPS)
+        self._told = ui.label().props("aria-live=polite").tooltip(value.parameter.description)
+        super().__init__()
+        self._props.update({"began": self._began, "steps": STEPS, "aria-label": value.key})
+        self.on("move", lambda event: self._move(int(event.args)), throttle=THROTTLE_S)
+        self.mark(f"slider {value.key}")
+        self._tell(value.value)
 
-def _told(value: Value, number: float) -> str:
-    return f"{value.key} = {number:.4g}{'' if value.unit == '1' else f' {value.unit}'}"
+    def back(self) -> None:
+        """To where it began."""
+        self.run_method("back")
+        self._tell(self._value.value)
+
+    def _move(self, position: int) -> None:
+        moved = float(self._coordinates.from_box(np.array([position / STEPS]))[0])
+        number = self._value.value if position == self._began else moved
+        self._tell(number)
+        self._follow(self._value.key, number)
+
+    def _tell(self, number: float) -> None:
+        unit = "" if self._value.unit == "1" else f" {self._value.unit}"
+        self._told.text = f"{self._value.key} = {number:.4g}{unit}"

@@ -79,14 +79,16 @@ def design(
     rows = [f"{t:.2f},{p:.6g}" for t, p in zip(found.time_s, found.power_w, strict=True)]
     about = {"between": between, "protocol": found.protocol, "separation": found.separation}
     about |= {"hottest_c": found.hottest_k - KELVIN}
-    write_atomically(out.with_suffix(".json"), json.dumps(about) + "\n")
     write_atomically(out, "\n".join(["time_s,power_w", *rows]) + "\n")
+    write_atomically(out.with_suffix(".json"), json.dumps(about) + "\n")
 
 
-def run(protocol: str, out: Path, settings: Sequence[str], domain: int, *, progress: Progress) -> None:
+def run(
+    protocol: str, out: Path, model: Path | None, settings: Sequence[str], domain: int, *, progress: Progress
+) -> None:
     """`lce run`, in real time on the simulated bench of a ROS domain."""
     os.environ["ROS_DOMAIN_ID"] = str(domain)
-    words = {"protocol": protocol, "out": out, "model": None, "set": list(settings), "seed": None, "fast": False}
+    words = {"protocol": protocol, "out": out, "model": model, "set": list(settings), "seed": None, "fast": False}
     for plan in plans(Namespace(**words)):
         label, total = f"recording {plan.folder.name}", round(plan.duration_s)
         play(plan, partial(_played, progress, label, total))

@@ -10,7 +10,7 @@ from nicegui import ui
 from lce_bringup.workbench import drawings, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
-from lce_bringup.workbench.sliders import sliders
+from lce_bringup.workbench.sliders import Sliders
 from lce_bringup.workbench.tabs import learn
 from lce_bringup.workbench.telling import telling
 from lce_model.effects import library
@@ -42,7 +42,7 @@ def add(bench: Workbench) -> None:
     if bench.runs("train") | bench.runs("test"):
         Figures(lambda: drawings.history(bench)).mark("falling error")
         Figures(lambda: drawings.before_and_after(bench)).mark("before and after")
-        sliders(bench)
+        Sliders(bench, model)
 
 
 def fit(bench: Workbench, thermal: str, deformation: str) -> None:

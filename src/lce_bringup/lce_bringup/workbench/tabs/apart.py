@@ -13,6 +13,8 @@ from nicegui import ui
 from lce_bringup.workbench import drawings, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
+from lce_bringup.workbench.memory import turn_to
+from lce_bringup.workbench.tabs.bench import run_simulated
 from lce_bringup.workbench.telling import telling
 from lce_model.effects import library
 
@@ -26,6 +28,7 @@ def apart(bench: Workbench) -> None:
     if number is None:
         ui.label("A model is needed. Fit one on the tab Add.")
         return
+    ui.label("The waveform, within the limits, after which two effects that look alike are told apart best.")
     first, second = likely_pair(bench)
     with ui.row().classes("line"):
         one = ui.select(list(library()), value=first, label="Effect")
@@ -74,4 +77,11 @@ def _designed(bench: Workbench, file: Path) -> None:
     )
     Figures(lambda: drawings.wave(f"{one} or {other}", time_s, power_w))
     wave = file.with_suffix(".csv").relative_to(bench.folder).as_posix()
-    ui.label(f"Run it on the tab Bench: the protocol is {wave}.")
+
+    def run() -> None:
+        run_simulated(bench, wave)
+        turn_to("Bench")
+
+    with ui.row().classes("line"):
+        ui.button("Run it on the simulated bench", on_click=telling(run)).props("outline no-caps").mark(f"run {wave}")
+        ui.label(f"Another strip, or the real bench: on the tab Bench, with the protocol {wave}")

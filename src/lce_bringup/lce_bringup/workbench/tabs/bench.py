@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -33,23 +33,25 @@ class Bench:
 
     def __init__(self, bench: Workbench) -> None:
         self._bench, self._count, self._began_s = bench, bench.ear.count, 0.0
+        self._told: dict[str, tuple[int, str]] = {}
         with ui.row().classes("line"):
             self._protocol = ui.input("Protocol", value="pulse:amp=0.4,th=20").classes("protocol").mark("protocol")
-            self._settings = ui.input("Strip: EFFECT.PARAM=V …").classes("protocol").mark("settings")
+            self._model = ui.input("Simulated strip", placeholder="built in, or a model file").classes("protocol")
+            self._settings = ui.input("Its parameters", placeholder="creep.share=0.1 …").classes("protocol")
+        with ui.row().classes("line"):
             ui.button("Run on the simulated bench", color="accent", on_click=telling(self._run)).props(
                 "unelevated no-caps"
             ).mark("start")
             self._hardware()
-            ui.button("Stop: laser to zero", color="negative", on_click=self._stop).props("unelevated no-caps").mark(
+            ui.button("Stop: laser to zero", color="negative", on_click=bench.stop).props("unelevated no-caps").mark(
                 "stop"
             )
         ui.label(
             f"Protocols: {', '.join(SHAPES)}, with options as for lce run, or a CSV file of this folder. Esc stops."
         )
         self._values = ui.label().classes("values").props("role=status").mark("values")
-        self._conditions = ui.label().classes("conditions").mark("conditions")
+        self._conditions = ui.element("div").classes("conditions").mark("conditions")
         self._curves = Figures(drawings.live)
-        ui.keyboard(on_key=lambda event: self._stop() if event.key.escape and event.action.keydown else None)
 
     def follow(self) -> None:
         """Show what was heard since the last time."""
@@ -60,11 +62,16 @@ class Bench:
         self._began_s = self._began_s or new[0].time_s
         self._curves.extend(drawings.live_columns(new, self._began_s), keep=KEPT_S)
         self._values.text = drawings.live_values(new[-1])
-        told = [
-            f"{name.rpartition('/')[2]}: {LEVELS[min(level, 2)]}, {text}"
-            for name, (level, text) in sorted(ear.conditions.items())
-        ]
-        self._conditions.text = " · ".join(told)
+        if ear.conditions != self._told:
+            self._told = dict(ear.conditions)
+            self._tell_conditions()
+
+    def _tell_conditions(self) -> None:
+        self._conditions.clear()
+        with self._conditions:
+            for name, (level, text) in sorted(self._told.items()):
+                told = f"{name.rpartition('/')[2]}: {LEVELS[min(level, 2)]}, {text}"
+                ui.label(told).classes("condition" if level == 0 else "condition bad")
 
     def _hardware(self) -> None:
         """The real bench takes a second step: the word has to be typed."""
@@ -85,26 +92,34 @@ class Bench:
         ui.button("Run on the real bench …", on_click=dialog.open).props("outline no-caps")
 
     def _run(self) -> None:
-        name, protocol, out = self._recording()
-        settings, domain = str(self._settings.value or "").split(), self._bench.ear.open()
-        self._bench.record(name, work.run, protocol=protocol, out=out, settings=settings, domain=domain)
+        settings = str(self._settings.value or "").split()
+        run_simulated(self._bench, str(self._protocol.value or ""), str(self._model.value or ""), settings)
 
     def _run_hardware(self) -> None:
-        name, protocol, out = self._recording()
-        self._bench.record(name, work.run_hardware, protocol=protocol, out=out, domain=self._bench.ear.open())
+        bench = self._bench
+        name, protocol, out = _recording(bench, str(self._protocol.value or ""))
+        bench.record(name, work.run_hardware, protocol=protocol, out=out, domain=bench.ear.open())
 
-    def _recording(self) -> tuple[str, str, Path]:
-        """Name, protocol and new folder of a recording; a wave file has to lie in the folder of the page."""
-        protocol, folder = str(self._protocol.value or "").strip(), self._bench.folder
-        if protocol.partition(":")[0] not in SHAPES:
-            file = (folder / protocol).resolve()
-            if not (file.is_relative_to(folder) and file.suffix == ".csv" and file.is_file()):
-                raise LceError(f"{protocol}: neither a protocol nor a CSV file in this folder")
-            protocol = str(file)
-        kind = Path(protocol).stem.partition(":")[0]
-        name = f"{datetime.now(UTC):%Y%m%d-%H%M%S}_{kind}"
-        return f"Run {kind}", protocol, folder / name
 
-    def _stop(self) -> None:
-        if self._bench.job is not None and self._bench.job.gentle:
-            self._bench.cancel()
+def run_simulated(bench: Workbench, protocol: str, model: str = "", settings: Sequence[str] = ()) -> None:
+    """Begin a run on the simulated bench: a strip as in a model file of the folder, or the built-in one."""
+    name, protocol, out = _recording(bench, protocol)
+    strip = _inside(bench.folder, model.strip(), ".yaml", "no model file in this folder") if model.strip() else None
+    bench.record(name, work.run, protocol=protocol, out=out, model=strip, settings=settings, domain=bench.ear.open())
+
+
+def _recording(bench: Workbench, protocol: str) -> tuple[str, str, Path]:
+    """Name, protocol and new folder of a recording; a wave file has to lie in the folder of the page."""
+    protocol = protocol.strip()
+    if protocol.partition(":")[0] not in SHAPES:
+        protocol = str(_inside(bench.folder, protocol, ".csv", "neither a protocol nor a CSV file in this folder"))
+    kind = Path(protocol).stem.partition(":")[0]
+    return f"Run {kind}", protocol, bench.folder / f"{datetime.now(UTC):%Y%m%d-%H%M%S}_{kind}"
+
+
+def _inside(folder: Path, text: str, suffix: str, else_: str) -> Path:
+    """A file of the folder; LceError for any other."""
+    file = (folder / text).resolve()
+    if not (file.is_relative_to(folder) and file.suffix == suffix and file.is_file()):
+        raise LceError(f"{text}: {else_}")
+    return file

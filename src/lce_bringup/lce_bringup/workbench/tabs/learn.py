@@ -12,6 +12,7 @@ from nicegui import ui
 from lce_bringup.workbench import drawings, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
+from lce_bringup.workbench.memory import turn_to
 from lce_bringup.workbench.telling import telling
 from lce_model.effects import library
 
@@ -35,7 +36,8 @@ def learn(bench: Workbench) -> None:
         ui.button("Diagnose", color="accent", on_click=telling(lambda: diagnose(bench))).props(
             "unelevated no-caps"
         ).mark("diagnose")
-        ui.label(f"the score test over the library on {train} runs, judged on {test} held out")
+        judged = f"judged on {test} held out" if test else "none is held out to judge on (tab Runs)"
+        ui.label(f"the score test over the library on {train} {'run' if train == 1 else 'runs'}; {judged}")
     found = bench.diagnosis()
     if found is None:
         ui.label("This model has not been diagnosed yet.")
@@ -66,7 +68,7 @@ def diagnose(bench: Workbench) -> None:
 
 
 def add(bench: Workbench, effect: str) -> None:
-    """Begin adding an effect to the current model."""
+    """Begin adding an effect to the current model, and show where its error falls."""
     number = bench.session.current
     assert number is not None
     bench.start_model(
@@ -79,6 +81,7 @@ def add(bench: Workbench, effect: str) -> None:
         test=bench.paths("test"),
         model=bench.session.model_file(number),
     )
+    turn_to("Add")
 
 
 def _candidate(bench: Workbench, candidate: Mapping[str, Any]) -> None:
@@ -107,7 +110,7 @@ def _candidate(bench: Workbench, candidate: Mapping[str, Any]) -> None:
         place = ui.element("div")
         ui.button(f"Add {candidate['effect']}", on_click=telling(partial(add, bench, candidate["effect"]))).props(
             "outline no-caps"
-        ).mark(f"add {candidate['effect']}")
+        ).classes("as-wide").mark(f"add {candidate['effect']}")
     open_.on_value_change(_once(lambda: _signature(bench, candidate, place)))
 
 

@@ -31,11 +31,18 @@ def look(bench: Workbench) -> None:
         return
 
     def light(pick: str, row: int, column: int) -> None:
+        """Light the cell's samples up; a run that has some is shown."""
         comparison = bench.comparison()
-        if comparison is not None:
-            figures.light(lit(comparison, pick, row, column))
+        if comparison is None:
+            return
+        spans = lit(comparison, pick, row, column)
+        figures.light(spans)
+        with_some = [name for name in names if (run := bench.entries[name].run) is not None and spans[run.name]]
+        if with_some and chosen.value not in with_some:
+            chosen.set_value(with_some[0])
 
     Figures(partial(shares, bench), light).mark("shares")
+    ui.label("Click on a share: its samples light up in every figure below. Point at it: their rms residual.")
     with ui.row().classes("line"):
         chosen = ui.select(names, value=remembered("run", names), label="Run").mark("chosen run")
         ways = list(get_args(Colouring))

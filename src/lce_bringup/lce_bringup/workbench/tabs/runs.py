@@ -19,6 +19,7 @@ WIDE, HIGH, POINTS = 150, 34, 120
 
 def runs(bench: Workbench) -> None:
     """The files of the folder as a table."""
+    ui.button("Read the folder anew", on_click=bench.reopen).props("flat dense no-caps").classes("as-wide").mark("anew")
     if not bench.entries:
         ui.label("No bag, MCAP file or CSV in this folder. Record one on the tab Bench, or with lce run.")
         return
@@ -42,8 +43,9 @@ def _row(bench: Workbench, name: str, entry: Entry) -> None:
             return
         with ui.element("td"):
             ui.label(conditions(entry.run) if entry.run else "not read")
-        with ui.element("td"):
-            ui.label(_measured(entry.run) if entry.run else "")
+        with ui.element("td").classes("measured"):
+            for line in _measured(entry.run) if entry.run else ():
+                ui.label(line)
         with ui.element("td"):
             if entry.run:
                 ui.html(_thumbnail(entry.run), sanitize=False)
@@ -65,11 +67,13 @@ def conditions(run: Run) -> str:
     return " · ".join(words)
 
 
-def _measured(run: Run) -> str:
+def _measured(run: Run) -> list[str]:
+    """What was measured how often, and for how long."""
     series = {"P": run.power, "T": run.temperature, "d": run.displacement}
     there = {name: s for name, s in series.items() if s is not None}
     length = max(s.time_s[-1] for s in there.values())
-    return f"{length:.0f} s · " + ", ".join(f"{name} {s.time_s.size}" for name, s in there.items())
+    rates = {name: 1.0 / float(np.median(np.diff(s.time_s))) for name, s in there.items()}
+    return [f"{length:.0f} s", *(f"{name} at {rate:.3g} Hz" for name, rate in rates.items())]
 
 
 def _thumbnail(run: Run) -> str:
