@@ -46,7 +46,7 @@ def started(*words: str) -> Iterator["Running"]:
     finally:
         for pid in running.processes():
             os.kill(pid, signal.SIGKILL)
-        process.communicate()
+        print(*process.communicate(), sep="\n")  # pytest shows it where a test fails
 
 
 class Running:

@@ -11,6 +11,8 @@ from run_command import experiment, lce, read, started, until, values
 
 from lce_bringup import cli, protocols, recording
 
+pytestmark = pytest.mark.alone
+
 PROTOCOL = "hold:power=1.5,hold=3,rest=2"
 POWER, TEMPERATURE, DISPLACEMENT = "/lce/laser/power", "/lce/temperature", "/lce/displacement"
 NOISE = {TEMPERATURE: 0.06, DISPLACEMENT: 4e-6}
@@ -154,6 +156,16 @@ def test_a_node_that_dies_is_named_and_the_bag_is_finished(tmp_path: Path) -> No
     assert experiment(tmp_path / "bag")["outcome"] == "failed"
     _, power = values(tmp_path / "bag", POWER)
     assert power.max() == 1.5 and power[-1] == 0
+
+
+@pytest.mark.parametrize("mode", [["--fast"], []], ids=["fast", "realtime"])
+def test_a_fault_of_the_laser_ends_a_run(tmp_path: Path, mode: list[str]) -> None:
+    done = lce("run", "hold:power=2,hold=60,rest=0", "--set", "lumped.gain=300", "--out", str(tmp_path / "bag"), *mode)
+    assert done.returncode == 1
+    assert "experiment_player: stopped by the laser: fault: the strip is" in done.stderr.splitlines()[-1]
+    assert experiment(tmp_path / "bag")["outcome"] == "failed"
+    times, power = values(tmp_path / "bag", POWER)
+    assert power.max() == 2.0 and power[-1] == 0 and np.ptp(times) < 30.0
 
 
 def _light_is_on(bag: Path) -> bool:

@@ -16,6 +16,8 @@ _REPORT_S = 0.25
 class Player(BenchNode):
     """A node that acts from the moment its listeners are there, for a time that it knows, and then is finished.
 
+    A fault of the laser in its namespace is its end: what follows would be recorded in the dark.
+
     Declares patience_s, lead_s and progress. `begin` is called once by the subclass, `play` by the base 100 times a
     second with the time since the beginning; what lies before 0 and after `duration_s` is the lead.
 
@@ -40,6 +42,7 @@ class Player(BenchNode):
         self._reported_s = 0.0
         self.played_s = self.total_s = 0.0
         self.finished = False
+        self.listen_for_errors("laser", self._stop)
 
     def begin(self, duration_s: float, listeners: Mapping[str, Sequence[str]]) -> None:
         """Play for ``duration_s`` [s] once the nodes named in ``listeners`` subscribe to its topics."""
@@ -50,6 +53,9 @@ class Player(BenchNode):
     def play(self, time_s: float) -> None:
         """Do what belongs to ``time_s`` [s]."""
         raise NotImplementedError
+
+    def _stop(self, error: str) -> None:
+        raise LceError(f"{self.get_name()}: stopped by the laser: {error}")
 
     def _tick(self) -> None:
         now_s = self.now_s()

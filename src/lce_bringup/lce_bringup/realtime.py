@@ -12,7 +12,7 @@ from pathlib import Path
 from lce_bringup.graph import Plan, python
 from lce_bringup.processes import Processes
 
-_LOOK_S = 0.05
+_LOOK_S = 0.01
 
 
 def run_realtime(plan: Plan, progress: Callable[[float], object]) -> None:

@@ -4,8 +4,8 @@
 Subscribes  every topic of parameter `topics`, raw
 Parameters  out             folder of the recording; must not exist; empty: runs/DATE-TIME
             topics          names, relative or absolute; "name pkg/msg/Type" for one the bench does not know
-            after           topics that must be heard before it listens to laser/power_command: a player that
-                            waits for the recorder then waits until everything arrives
+            after           topics that must be heard, for a second, before it listens to laser/power_command: a
+                            player that waits for the recorder then waits until everything arrives
             flush_period_s  s, how often messages go to the operating system: what a kill -9 can cost
             experiment      JSON object, the beginning of experiment.yaml beside the bag
 
@@ -18,6 +18,7 @@ from __future__ import annotations
 import functools
 import importlib
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,6 +41,9 @@ from lce_ros.qos import LATCHED, deeper
 
 _QUEUE = 1000
 """Messages the middleware keeps while this process is kept from reading: 10 s at 100 Hz."""
+_SETTLE_S = 1.0
+"""From the last of ``after`` to the command: processes that find each other keep each other from their work, and what
+is a fault of the laser once somebody commands it (no temperature for half a second) is none before."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,8 @@ class Recorder(BenchNode):
         for stream in streams:
             if stream not in self._later:
                 self._record(stream)
-        self.every(flush_s, self._bag.flush)
+        self._complete_s = math.inf
+        self.every(flush_s, self._flush)
 
     def close(self) -> None:
         """Finish the bag, with what is still in the queues."""
@@ -127,8 +132,8 @@ class Recorder(BenchNode):
             self._bag.add_topic(topic, stream.type_name, _offered(publishers))
             self._lost[topic] = 0
             self._after.discard(topic)
-            while self._later and not self._after:
-                self._record(self._later.pop())
+            if not self._after:
+                self._complete_s = min(self._complete_s, self.now_s())
         now_ns = self.get_clock().now().nanoseconds
         self._bag.write(topic, now_ns, now_ns if self._simulated else info["source_timestamp"], message)
         self._count_lost(topic, info["publication_sequence_number"])
@@ -147,6 +152,8 @@ class Recorder(BenchNode):
 
     def _flush(self) -> None:
         self._bag.flush()
+        while self._later and self.now_s() >= self._complete_s + _SETTLE_S:
+            self._record(self._later.pop())
 
 
 def _offered(publishers: Sequence[TopicEndpointInfo]) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -21,6 +21,7 @@ from rclpy.task import Future
 from rclpy.timer import Timer
 from rclpy.utilities import try_shutdown
 
+from lce_model.errors import LceError
 from lce_ros.health import Health, Level
 from lce_ros.parameters import Rule
 from lce_ros.qos import LATCHED, STREAM, deeper
@@ -123,6 +124,17 @@ class BenchNode(Node):
 
         return self.create_subscription(msg_type, topic, receive, _profile(latched, depth), raw=raw)
 
+    def listen_for_errors(self, name: str, callback: Callable[[str], None]) -> None:
+        """Call back with what the node ``name`` of this namespace says in /diagnostics where that is an error."""
+        full_name = f"{self.get_namespace().rstrip('/')}/{name}"
+
+        def look(message: DiagnosticArray) -> None:
+            for status in message.status:
+                if status.name == full_name and status.level == DiagnosticStatus.ERROR:
+                    callback(status.message)
+
+        self.listen(DiagnosticArray, "/diagnostics", look)
+
     def advertise(self, msg_type: Any, topic: str, *, latched: bool = False) -> CountingPublisher:
         """A publisher on ``topic``."""
         publisher = self.create_publisher(msg_type, topic, _profile(latched, None), publisher_class=CountingPublisher)
@@ -202,8 +214,8 @@ def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> 
     """Make a node and spin it until a stop signal, a shutdown of ROS or an exception; the exit status.
 
     ``close`` is called on every one of these ways out, with ROS still up so that it can publish a last word.
-    A ValueError of the factory (a parameter outside its range, a model file that cannot be read) and a
-    NodeFault at any time are one line on stderr and status 1; any other exception keeps its traceback.
+    A ValueError of the factory (a parameter outside its range, a model file that cannot be read), a NodeFault and an
+    LceError at any time are one line on stderr and status 1; any other exception keeps its traceback.
     """
     stop = Future()
     with stop_signals(lambda: stop.done() or stop.set_result(None)):
@@ -211,7 +223,7 @@ def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> 
         rclpy.init(args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO)
         try:
             _spin(_made(factory), stop)
-        except NodeFault as fault:
+        except (NodeFault, LceError) as fault:
             print(fault, file=sys.stderr)
             return 1
         finally:
