@@ -54,24 +54,32 @@ def main(args: argparse.Namespace) -> int:
     from lce_bringup.tuning_page import HEAD, page, rows
     from lce_control.requirements import Requirements
     from lce_control.tuning_tasks import ModelBench, tune
-    from lce_model import load_model
+    from lce_model import LceError, load_model
     from lce_model.model_file import write_atomically
 
     wanted = Requirements(args.rise, args.settling, args.overshoot, args.undershoot)
     model_file = args.model or default_strip()
     bench = ModelBench.of(load_model(model_file), laser_limit_w())
+
+    def write(found: Sequence[Tuned]) -> None:
+        _, double, single = found
+        told = f"# Written by lce tune for the strip of {model_file.name}.\n"
+        write_atomically(args.out, told + as_yaml({**double.parameters, **single.parameters}))
+
     with FitBar("ITAE {:.3%}") as bar:
         found = tune(bench, wanted, bar, args.seed)
+        write(found)
         if args.bench is not None:
             strip_file = None if args.bench == Path() else args.bench
             experiment = SimulatedBench(model_file, strip_file=strip_file)
-            found = _refined(experiment, args.experiments, bench, found, wanted, bar)
-    _, double, single = found
+            try:
+                found = _refined(experiment, args.experiments, bench, found, wanted, bar)
+            except LceError as e:
+                raise LceError(f"{e}. The gains in {args.out} are those found on the model") from e
+            write(found)
     table = [HEAD, *rows(found)]
     widths = [max(len(row[i]) for row in table) for i in range(len(HEAD))]
     print("\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in table))
-    told = f"# Written by lce tune for the strip of {model_file.name}.\n"
-    write_atomically(args.out, told + as_yaml({**double.parameters, **single.parameters}))
     if args.report:
         write_atomically(args.report, page(found, wanted, bench, (f"Model: {model_file}.",)))
     for path in (args.out, args.report):
