@@ -17,7 +17,7 @@ demo: setup  ## a strip with a hidden effect: recorded, fitted, compared, diagno
 	@$(RUN) python -m lce_bringup.demo
 
 test: setup  ## every test (one of them: tools/env.sh pytest -k NAME)
-	@$(RUN) pytest
+	@$(RUN) tools/test.sh
 
 lint: setup  ## ruff, mypy, the import contract, hadolint
 	@$(RUN) tools/lint.sh

@@ -16,6 +16,8 @@ from run_command import read, until
 from lce_bringup import graph
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 DOCKER = Path(__file__).resolve().parents[1] / "docker"
 SOURCES = DOCKER.parent / "src"
 JOB = "experiment_player"

@@ -14,6 +14,8 @@ from run_command import experiment, read
 from lce_bringup import graph
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 ROOT = Path(__file__).resolve().parents[1]
 BRINGUP = ROOT / "src" / "lce_bringup"
 LAUNCH_FILES = sorted((BRINGUP / "launch").glob("*.launch.py"))

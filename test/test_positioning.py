@@ -17,6 +17,8 @@ from lce_control.time_optimal import bang_bang
 from lce_model import load_model, save_model
 from lce_model.inverse import OutOfReach
 
+pytestmark = pytest.mark.alone
+
 KEYS = {
     "target_m",
     "rise_time_s",

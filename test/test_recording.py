@@ -17,6 +17,8 @@ from std_msgs.msg import Float64
 from lce_bringup.repair import repair
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 RECORDER = "lce_bringup.recorder_node"
 PUBLISHER = """
 import sys

@@ -23,6 +23,8 @@ from lce_bringup import graph
 from lce_ros.testing import Graph
 from lce_ros.testing import graph as ros_graph
 
+pytestmark = pytest.mark.alone
+
 LIMIT_S = 0.2
 TARGET_M = 1.0e-3
 GAINS = {

@@ -11,6 +11,8 @@ from std_msgs.msg import Float64
 
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 CONTRACT = {
     "/lce/laser/power_command": ("std_msgs/msg/Float64", 100.0),
     "/lce/laser/power": ("std_msgs/msg/Float64", 100.0),

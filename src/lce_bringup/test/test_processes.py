@@ -12,6 +12,8 @@ from lce_bringup.domain import own_domain
 from lce_bringup.processes import Processes
 from lce_model.errors import LceError
 
+pytestmark = pytest.mark.alone
+
 DIE = [sys.executable, "-c", "import sys\nprint('the reason', file=sys.stderr)\nsys.exit(3)"]
 READY = [sys.executable, "-c", "import time\nprint('ready', flush=True)\ntime.sleep(60)"]
 

@@ -14,6 +14,8 @@ from lce_model import default_model, save_model, simulate
 from lce_ros.conversions import to_stamp
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 
 def ask(bench: Graph, displacement_m: float) -> Any:
     client = bench.nodes[0].create_client(InverseTemperature, "inverse_temperature")

@@ -20,7 +20,7 @@ from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph
 
 # PyGObject's, on every import of a repository.
-pytestmark = pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")
+pytestmark = [pytest.mark.alone, pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")]
 
 SETTINGS = CameraSettings(camera="Aravis-Fake-GV01", ir_format="", lower_k=0.0, upper_k=700.0, packet_size=9000)
 FAKE_CAMERA = shutil.which("arv-fake-gv-camera-0.8")

@@ -13,6 +13,8 @@ from lce_drivers.distance_sensor_node import DistanceSensor
 from lce_drivers.keyence import KeyenceLink, Mounting, Refused, open_port, parse
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 
 class Controller:
     """A controller at the other end of a pseudo-terminal, written from the manual's command table."""

@@ -23,6 +23,8 @@ from lce_ros.conversions import to_stamp
 from lce_ros.node import NodeFault
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 WATCHDOG = range(61600, 61700)
 
 

@@ -15,6 +15,8 @@ from lce_drivers.laser_node import Laser
 from lce_ros.node import BenchNode, NodeFault
 from lce_ros.testing import Graph, Heard
 
+pytestmark = pytest.mark.alone
+
 LASER = "lce_drivers.laser_node"
 
 

@@ -15,6 +15,8 @@ from lce_drivers.laser_node import Laser
 from lce_ros.conversions import to_stamp
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 
 class Supervised:
     """A laser, half a watt of command at 100 Hz, and a camera at 10 Hz that shows what it is told."""

@@ -20,6 +20,8 @@ from lce_model import default_model, simulate
 from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph, Heard, graph
 
+pytestmark = pytest.mark.alone
+
 
 @dataclass
 class Recording:

@@ -12,6 +12,8 @@ from lce_ros.health import Level
 from lce_ros.node import BenchNode
 from lce_ros.testing import Graph
 
+pytestmark = pytest.mark.alone
+
 
 class Example(BenchNode):
     def __init__(self, **options: Any) -> None:
