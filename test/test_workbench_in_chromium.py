@@ -11,7 +11,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -19,7 +20,7 @@ import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect, sync_playwright
-from run_command import until
+from run_command import experiment, until, values
 
 from lce_model import KELVIN, default_model, load_model, save_model, simulate
 
@@ -58,29 +59,30 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
-def address(campaign: Path) -> Iterator[str]:
+@contextmanager
+def served(folder: Path, *words: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """The command as it is installed, in a session of its own, as in a terminal; and its address."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    command = [
-        sys.executable,
-        str(SCRIPT),
-        "workbench",
-        str(campaign),
-        "--model",
-        str(campaign / "model.yaml"),
-        "--port",
-        str(port),
-    ]
+    command = [sys.executable, str(SCRIPT), "workbench", str(folder), *words, "--port", str(port)]
     env = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}  # NiceGUI asks for them
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as server:
-        assert server.stdout is not None
-        found = server.stdout.readline().split()[0]
-        until(lambda: answers(found), "the page")
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env, start_new_session=True) as server:
+        try:
+            assert server.stdout is not None
+            found = server.stdout.readline().split()[0]
+            until(lambda: answers(found), "the page")
+            yield found, server
+        finally:
+            server.terminate()
+            server.wait(20.0)
+
+
+@pytest.fixture(scope="module")
+def address(campaign: Path) -> Iterator[str]:
+    with served(campaign, "--model", str(campaign / "model.yaml")) as (found, server):
         yield found
-        server.terminate()
-        assert server.wait(20.0) == -signal.SIGTERM
+    assert server.returncode == -signal.SIGTERM
 
 
 def answers(address: str) -> bool:
@@ -91,23 +93,29 @@ def answers(address: str) -> bool:
         return False
 
 
-@pytest.fixture
-def page(address: str) -> Iterator[Page]:
+@contextmanager
+def shown(address: str) -> Iterator[Page]:
     """A page whose errors, and whose requests to anywhere else, fail the test."""
     complaints: list[str] = []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        shown = browser.new_page(viewport={"width": 1280, "height": 900})
-        shown.on("pageerror", lambda error: complaints.append(str(error)))
-        shown.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
-        shown.on(
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+        page.on(
             "request",
             lambda r: None if r.url.startswith((address, "data:", "blob:")) else complaints.append(f"asked {r.url}"),
         )
-        shown.goto(address)
-        yield shown
+        page.goto(address)
+        yield page
         browser.close()
     assert complaints == []
+
+
+@pytest.fixture
+def page(address: str) -> Iterator[Page]:
+    with shown(address) as page:
+        yield page
 
 
 def tab(page: Page, name: str) -> None:
@@ -153,13 +161,25 @@ def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
     expect(page.get_by_text("tau_v dd_c/dt = d - d_c")).to_be_visible()
     drawn(page, "residual d of pulse, and creep")
     picture(page, "3-learn")
+    assert page.context.browser is not None
+    other = page.context.browser.new_page()
+    other.goto(page.url)
     page.get_by_role("button", name="Add creep").click()
     expect(page.get_by_text("model 2: creep added to model 1")).to_be_visible(timeout=JOB_MS)
 
-    tab(page, "Add")
+    expect(page.get_by_role("tab", name="Add", exact=True)).to_have_attribute("aria-selected", "true")
     drawn(page, "NRMSE of displacement")
     expect(page.get_by_text("Model 1 (before) and model 2 (after).")).to_be_visible(timeout=20_000)
+    slider = page.get_by_role("slider", name="creep.tau_v")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    expect(page.locator(".hand .figures[data-replaced]")).to_be_visible()
     picture(page, "4-add")
+    page.get_by_role("button", name="Undo").click()
+    expect(other.get_by_text("model 1: from model.yaml")).to_be_visible()
+    other.get_by_role("tab", name="Add", exact=True).click()
+    other.get_by_role("button", name="use model 2").click()
+    expect(page.get_by_text("model 2: creep added to model 1").first).to_be_visible()
 
     page.reload()
     expect(page.get_by_text("model 2: creep added to model 1").first).to_be_visible()
@@ -200,3 +220,25 @@ def test_the_keyboard_reaches_every_tab(page: Page) -> None:
         page.keyboard.press("ArrowRight")
         page.keyboard.press("Enter")
         expect(page.get_by_role("tab", name=name, exact=True)).to_have_attribute("aria-selected", "true")
+
+
+@pytest.mark.parametrize(
+    "end",
+    [lambda pid: os.killpg(pid, signal.SIGINT), lambda pid: os.kill(pid, signal.SIGKILL)],
+    ids=["Ctrl-C", "kill -9"],
+)
+def test_however_the_server_ends_a_run_ends_in_the_dark(tmp_path: Path, end: Callable[[int], None]) -> None:
+    with served(tmp_path) as (address, server):
+        with shown(address) as page:
+            tab(page, "Bench")
+            page.get_by_label("Protocol").fill("hold:power=1.5,hold=60")
+            page.get_by_role("button", name="Run on the simulated bench").click()
+            expect(page.get_by_text(" P 1.500 W")).to_be_visible(timeout=JOB_MS)
+            picture(page, "6-bench")
+        end(server.pid)
+        server.wait(30.0)
+        (run,) = tmp_path.glob("*_hold")
+        until(lambda: "outcome" in experiment(run), "the end of the run")
+    assert experiment(run)["outcome"] == "interrupted"
+    power = values(run, "/lce/laser/power")[1]
+    assert power.max() == 1.5 and power[-1] == 0.0

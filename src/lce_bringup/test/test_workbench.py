@@ -285,30 +285,32 @@ def test_a_job_is_cancelled(folder: Path) -> None:
     told(folder, story)
 
 
-def test_from_a_misfit_to_the_effect_that_was_missing_and_back(folder: Path) -> None:
-    with_model(folder)
+def test_the_history_says_how_the_error_fell_and_which_commands_do_the_same(folder: Path) -> None:
+    bench = with_model(folder)
+    bench.keep(STRIP, "creep added to model 1")
+    (sides,) = drawings.history(bench)
+    assert isinstance(sides, Grid)
+    displacement = sides.figures[1]
+    assert isinstance(displacement, Lines) and len(displacement.curves) == 2
+    assert all(curve.y[1] < 0.5 * curve.y[0] for curve in displacement.curves)
+    assert (
+        "lce add creep pulse.csv stairs.csv --test later/other.csv --model workbench/model-1.yaml --out model.yaml"
+        in command_lines(bench)
+    )
+
+
+def test_a_model_that_cannot_be_read_costs_only_what_needs_it(folder: Path) -> None:
+    bench = with_model(folder)
+    bench.keep(STRIP, "by hand")
+    bench.session.model_file(1).write_text("format: something else\n")
 
     async def story(user: User, bench: Workbench) -> None:
-        user.find(marker="diagnose").click()
-        await user.should_see("An effect is missing", retries=600)
-        await user.should_see(content="creep is missing: with it the squared error falls by")
-        user.find(marker="add creep").click()
-        await user.should_see("model 2: creep added to model 1", retries=600)
-        model = bench.model()
-        assert model is not None and model["creep.share"] == pytest.approx(0.15, abs=0.03)
-        (sides,) = drawings.history(bench)
-        assert isinstance(sides, Grid)
-        displacement = sides.figures[1]
-        assert isinstance(displacement, Lines) and len(displacement.curves) == 2
-        assert all(curve.y[1] < 0.5 * curve.y[0] for curve in displacement.curves)
-        assert any(
-            line.startswith("lce add creep pulse.csv stairs.csv --test later/other.csv")
-            for line in command_lines(bench)
-        )
-        user.find(marker="undo").click()
-        await user.should_see("model 1: by hand")
+        await user.should_see(content="model-1.yaml")
+        bench.choose(2)
+        user.find("Runs").click()
+        await user.should_see("pulse.csv")
 
-    told(folder, story, "Learn")
+    told(folder, story, "Add")
 
 
 def test_curves_follow_a_slider_and_what_they_show_can_be_kept(folder: Path) -> None:

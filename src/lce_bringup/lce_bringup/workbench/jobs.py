@@ -114,35 +114,39 @@ class Job:
 
 
 def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
-    """In the process of the job. Where the server is gone, nobody is told, and the work is interrupted."""
+    """In the process of the job. It ends in order when it is interrupted, or when the server is gone."""
     end_with_parent()
     signal.signal(signal.SIGINT, _interrupted_once)
+    signal.signal(signal.SIGHUP, _interrupted_once)
     told = -math.inf
-
-    def tell(message: object) -> None:
-        with suppress(BrokenPipeError):
-            send.send(message)
 
     def progress(label: str, done: int, total: int, rms: float) -> None:
         nonlocal told
         now = time.monotonic()
-        if now - told >= PERIOD_S:
-            told = now
-            tell((label, done, total, rms))
+        if now - told < PERIOD_S:
+            return
+        told = now
+        try:
+            send.send((label, done, total, rms))
+        except BrokenPipeError:
+            _interrupted_once()
 
-    tell(("starting", 0, 1, math.nan))
+    answer: str | None = ""
     try:
+        progress("starting", 0, 1, math.nan)
         work(progress=progress, **arguments)
-        tell("")
     except LceError as error:
-        tell(" ".join(str(error).split()))
+        answer = " ".join(str(error).split())
     except KeyboardInterrupt:
-        tell(None)
+        answer = None
+    with suppress(BrokenPipeError):
+        send.send(answer)
 
 
-def _interrupted_once(number: int, frame: object) -> NoReturn:
+def _interrupted_once(*_: object) -> NoReturn:
     """Ctrl-C in a terminal comes here and to the server, which passes it on: the second one must not disturb what the
     first one ends in order.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
     raise KeyboardInterrupt

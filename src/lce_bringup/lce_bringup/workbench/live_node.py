@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import math
 import os
+import signal
 from collections.abc import Callable
 from functools import partial
 from multiprocessing.connection import Connection
@@ -63,7 +64,14 @@ class Live(BenchNode):
 
 def listen(send: Connection, domain: int) -> None:
     """In a process of its own: be the node, until nobody takes in what it tells."""
+
+    def tell(heard: Heard) -> None:
+        try:
+            send.send(heard)
+        except BrokenPipeError:
+            signal.raise_signal(signal.SIGINT)
+
     end_with_parent()
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    run(lambda: Live(send.send), ["--ros-args", "-r", f"__ns:={NAMESPACE}"])
+    run(lambda: Live(tell), ["--ros-args", "-r", f"__ns:={NAMESPACE}"])
