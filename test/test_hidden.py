@@ -47,6 +47,7 @@ def test_everything_hidden_changes_what_is_measured(name: str) -> None:
     assert changed[0] > 0.02 or changed[1] > 2e-6
 
 
+@pytest.mark.timeout(300)  # a minute on a machine to itself, where nothing explains the misfit
 @pytest.mark.parametrize(
     ("hidden", "verdict"),
     [((), "adequate"), (("creep",), "missing"), (("laser_droop",), "missing"), (("laser_hops",), "unexplained")],
