@@ -33,23 +33,20 @@ KINDS = {"pulse": "other T_h", "stairs": "staircase", "loops": "minor loops", "p
 REST_S = 60.0
 LOOPS_1 = (0.0, 1.0, 0.0, 0.0, 0.9, 0.1, 0.1, 0.8, 0.3, 0.7)
 LOOPS_2 = (0.0, 0.8, 0.0, 0.0, 1.0, 0.0, 0.0, 0.8, 0.1, 0.7, 0.0, 1.0)
-"""Corners of the power: turns inside the loop on both branches, at different depths."""
+INSIDE_W = {CHAPTER_4.name: 1.4, CHAPTER_5.name: 1.0}
+"""Corners of the power, in units of what leads to the middle of the heating branch: turns inside the loop on both
+branches, at different depths."""
 
 
-def campaign(
-    name: str, strip: Strip, amplitude_w: float, inside_w: float, heated_s: Sequence[float], folder: Path
-) -> dict[str, Run]:
-    """Runs of every kind on one specimen of the independent strip, as its sensors see them.
-
-    ``inside_w``: power that takes the strip to the middle of its heating branch, where minor loops turn.
-    """
+def campaign(name: str, strip: Strip, amplitude_w: float, heated_s: Sequence[float], folder: Path) -> dict[str, Run]:
+    """Runs of every kind on one specimen of the independent strip, as its sensors see them."""
     top = 1.5 + amplitude_w
     signals = {f"pulse-{th:g}": waves.pulse(amplitude_w, th, rest_s=REST_S) for th in heated_s}
     up = [0.4, 0.8, 1.1, 1.4, top]
     signals["stairs-1"] = waves.staircase([*up, *up[-2::-1]], 12.0, rest_s=REST_S)
     signals["stairs-2"] = waves.staircase([0.6, 1.0, 1.3, 1.6, 1.2, 0.9, 0.5], 16.0, rest_s=REST_S)
     for run, ramp_s, corners in (("loops-1", 20.0, LOOPS_1), ("loops-2", 16.0, LOOPS_2)):
-        signals[run] = waves.zigzag([inside_w * c for c in corners], ramp_s, rest_s=REST_S)
+        signals[run] = waves.zigzag([INSIDE_W[strip.name] * c for c in corners], ramp_s, rest_s=REST_S)
     signals["prbs-1"] = waves.prbs(0.5, top, 4.0, 30, seed=1, rest_s=REST_S)
     runs = {}
     for seed, (kind, signal) in enumerate(signals.items()):
@@ -201,8 +198,8 @@ with an analytic inverse) and `bouc_wen` are hysteresis models without physics.
 def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
     """All fits, tables and pictures."""
     heated = (16.0, 18.0, 19.0, 20.0, 22.0, 25.0, 28.0)
-    c5 = campaign("c5", CHAPTER_5, 0.4, 1.0, heated, folder)
-    c4 = campaign("c4", CHAPTER_4, 0.2, 1.4, (25.0, 30.0, 35.0, 40.0, 50.0), folder)
+    c5 = campaign("c5", CHAPTER_5, 0.4, heated, folder)
+    c4 = campaign("c4", CHAPTER_4, 0.2, (25.0, 30.0, 35.0, 40.0, 50.0), folder)
     pulses = ("pulse-16", "pulse-19", "pulse-22", "pulse-25", "pulse-28")
     rich = ("pulse-16", "pulse-20", "pulse-25", "pulse-28", "stairs-1", "loops-1")
     with_loss = (*MODELS, f"dynamic + {LOSS}", f"kinetic + {LOSS}")
