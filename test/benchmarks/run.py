@@ -66,11 +66,11 @@ def main() -> int:
     }
     parser.add_argument("--only", nargs="+", choices=parts, default=list(parts), metavar="PART", help=", ".join(parts))
     args = parser.parse_args()
-    found = sections(DOCUMENT.read_text(encoding="utf-8")) if DOCUMENT.exists() else {}
     for name in args.only:
-        found[name] = "\n".join(parts[name]()).strip()
-        print(found[name], flush=True)
+        text = "\n".join(parts[name]()).strip()
+        print(text, flush=True)
         if not quick:
+            found = (sections(DOCUMENT.read_text(encoding="utf-8")) if DOCUMENT.exists() else {}) | {name: text}
             body = "\n".join(f"<!-- part: {key} -->\n{found[key]}\n" for key in parts if key in found)
             DOCUMENT.write_text(f"{HEAD}\n{body}", encoding="utf-8")
     return 0
