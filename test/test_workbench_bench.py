@@ -12,7 +12,6 @@ from run_command import experiment, until, values
 from lce_bringup.workbench import jobs, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.heard import Heard
-from lce_bringup.workbench.live import Ear
 
 pytestmark = pytest.mark.alone
 
@@ -25,10 +24,11 @@ def bench(tmp_path: Path) -> Iterator[Workbench]:
     workbench.close()
 
 
-def heard(ear: Ear) -> Heard:
-    """What was heard last."""
-    ear.poll()
-    return ear.heard[-1] if ear.heard else Heard(0.0, {})
+def heard(bench: Workbench) -> Heard:
+    """What was heard last, of a run that has not failed."""
+    bench.poll()
+    assert bench.job is not None and not bench.job.error, bench.job
+    return bench.ear.heard[-1] if bench.ear.heard else Heard(0.0, {})
 
 
 def test_a_run_is_heard_live_and_stopped_at_once(bench: Workbench, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,16 +39,16 @@ def test_a_run_is_heard_live_and_stopped_at_once(bench: Workbench, monkeypatch: 
         "Run", work.run, protocol="hold:power=1.5,hold=60", out=out, model=None, settings=[], domain=ear.open()
     )
 
-    until(lambda: heard(ear).values.get("laser/power", 0.0) > 1.0, "light on the strip")
+    until(lambda: heard(bench).values.get("laser/power", 0.0) > 1.0, "light on the strip", timeout_s=60.0)
     begin, count = time.monotonic(), ear.count
-    until(lambda: heard(ear) and ear.count >= count + 20, "twenty moments")
+    until(lambda: heard(bench) and ear.count >= count + 20, "twenty moments")
     assert (time.monotonic() - begin) / 20 < 0.1  # 10 Hz and more
     assert {"temperature", "displacement", "laser/power", "laser/power_command"} <= set(ear.heard[-1].values)
-    until(lambda: heard(ear) and any("following" in text for _, text in ear.conditions.values()), "the laser's word")
+    until(lambda: heard(bench) and any("following" in text for _, text in ear.conditions.values()), "the laser's word")
 
     begin = time.monotonic()
     bench.cancel()
-    until(lambda: heard(ear).values.get("laser/power", 0.0) == 0.0, "darkness")
+    until(lambda: heard(bench).values.get("laser/power", 0.0) == 0.0, "darkness")
     assert time.monotonic() - begin < 1.0
     until(lambda: (bench.poll(), not bench.working)[1], "the end of the run")
     assert bench.job is not None and bench.job.state == "cancelled"

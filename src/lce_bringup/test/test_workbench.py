@@ -388,10 +388,12 @@ def test_a_folder_that_cannot_be_served_is_told_in_one_line(folder: Path, capsys
     (folder / "workbench").write_text("in the way")
     assert lce(["workbench", str(folder)]) == 1
     assert lce(["workbench", str(folder / "none")]) == 1
+    assert lce(["workbench", str(folder), "--model", str(folder / "none.yaml")]) == 1
     (folder / "workbench").unlink()
     with socket.create_server(("127.0.0.1", 0)) as taken:
         assert lce(["workbench", str(folder), "--port", str(taken.getsockname()[1])]) == 1
-    cannot, nowhere, busy = capsys.readouterr().err.splitlines()
+    cannot, nowhere, no_model, busy = capsys.readouterr().err.splitlines()
     assert "workbench: cannot be made" in cannot
     assert "none: no such file or folder" in nowhere
+    assert "none.yaml: no such file or folder" in no_model
     assert "--port and --host choose another" in busy

@@ -41,29 +41,30 @@ def main(args: argparse.Namespace) -> int:
     from lce_bringup.workbench import server
     from lce_bringup.workbench.bench import Workbench
     from lce_bringup.workbench.guard import is_loopback
-    from lce_model import load_model
 
+    if args.model:
+        _check_there(args.model)
     bench = Workbench(folder)
-    bench.session.save()
-    if args.model and (model := load_model(args.model)) != bench.model():
-        bench.keep(model, f"from {args.model.name}")
+    bench.session.make_place()
     _check_free(args.host, args.port)
     token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
-    server.prepare(bench, chosen)
+    server.prepare(bench, chosen, args.model)
     print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
     server.serve(args.host, args.port, token)
+    if bench.trouble:
+        from lce_model.errors import LceError
+
+        raise LceError(bench.trouble)
     return 0
 
 
 def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
     """The folder of the page, and of runs that were named what they are used for."""
     from lce_bringup.workbench.session import find_runs, is_run
-    from lce_model.errors import LceError
 
     paths = paths or [Path("runs") if Path("runs").is_dir() else Path()]
     for path in paths:
-        if not path.exists():
-            raise LceError(f"{path}: no such file or folder")
+        _check_there(path)
     places = [path.resolve() for path in paths]
     if len(places) == 1 and places[0].is_dir() and not is_run(places[0]):
         return places[0], {}
@@ -71,12 +72,20 @@ def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
     return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}
 
 
+def _check_there(path: Path) -> None:
+    """Raise LceError where there is no such file or folder."""
+    if not path.exists():
+        from lce_model.errors import LceError
+
+        raise LceError(f"{path}: no such file or folder")
+
+
 def _check_free(host: str, port: int) -> None:
     """Raise LceError where the server could not listen."""
-    from lce_model import LceError
-
     try:
         with socket.create_server((host, port)):
             pass
     except (OSError, OverflowError) as error:
+        from lce_model.errors import LceError
+
         raise LceError(f"{host}:{port}: {error}; --port and --host choose another") from None

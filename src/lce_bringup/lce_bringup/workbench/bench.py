@@ -15,7 +15,6 @@ from lce_bringup.workbench import session as sessions
 from lce_bringup.workbench.jobs import Job, Work
 from lce_bringup.workbench.live import Ear
 from lce_bringup.workbench.session import Role, Session
-from lce_model.errors import LceError
 
 if TYPE_CHECKING:
     from lce_analysis.compare import Comparison
@@ -36,8 +35,8 @@ class Entry:
 
 
 class Workbench:
-    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew; it draws
-    once all is ``ready``, that is, loaded.
+    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew; ``ready``
+    says that the analysis is loaded, ``trouble`` why there can be no workbench.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -46,7 +45,8 @@ class Workbench:
         self.entries: dict[str, Entry] = {}
         self.job: Job | None = None
         self.ear = Ear()
-        self.busy = ""
+        self.busy = "looking for runs"
+        self.trouble = ""
         self.ready = False
         self.version = 0
         self._models: dict[int, Model] = {}
@@ -66,6 +66,12 @@ class Workbench:
         for name, role in roles.items():
             if role != "off":
                 await self._read(name)
+        self.busy = ""
+        self.version += 1
+
+    def loaded(self) -> None:
+        """The analysis is there."""
+        self.busy, self.ready = "", True
         self.version += 1
 
     async def reopen(self) -> None:
@@ -76,24 +82,16 @@ class Workbench:
 
     async def _read(self, name: str) -> None:
         """Read a run, once."""
-        from lce_analysis.experiment import read_run
-
         entry = self.entries[name]
-        if entry.run is not None or entry.error:
-            return
-        self.busy = f"reading {name}"
-        try:
-            run = await asyncio.to_thread(read_run, entry.path)
-            named = name.removesuffix(".csv").removesuffix(".mcap")  # two runs may have one name, in two folders
-            self.entries[name] = Entry(entry.path, replace(run, name=named))
-        except LceError as error:
-            self.entries[name] = Entry(entry.path, error=str(error).replace(f"{self.folder}/", ""))
-        self.busy = ""
+        if entry.run is None and not entry.error:
+            self.busy = f"reading {name}"
+            self.entries[name] = await asyncio.to_thread(_read, entry.path, name, self.folder)
 
     async def set_role(self, name: str, role: Role) -> None:
         """A run to learn from, to hold out, or to leave aside."""
         if role != "off":
             await self._read(name)
+            self.busy = ""
         self._change(self.session.with_role(name, role))
 
     def runs(self, role: Role) -> dict[str, Run]:
@@ -106,6 +104,13 @@ class Workbench:
         return [self.entries[name].path for name in self.runs(role)]
 
     # Models
+
+    def begin_with(self, file: Path) -> None:
+        """Keep the model of a file, unless it is the current one. LceError where it is none."""
+        from lce_model import load_model
+
+        if (model := load_model(file)) != self.model():
+            self.keep(model, f"from {file.name}")
 
     def model(self, number: int | None = None) -> Model | None:
         """A model of the history, the current one by default; None before there is one."""
@@ -120,11 +125,11 @@ class Workbench:
 
     def keep(self, model: Model, how: str) -> None:
         """Append a model to the history; LceError while a job writes one."""
-        from lce_model import save_model
+        from lce_model import LceError, save_model
 
         if self.working:
             raise LceError("a job is under way; wait for it, or cancel it")
-        self.session.place.mkdir(exist_ok=True)
+        self.session.make_place()
         save_model(model, self.session.model_file(self.session.next_number()))
         self._change(self.session.with_model(how, self.session.current))
 
@@ -154,6 +159,8 @@ class Workbench:
         """What `diagnose` said of the current model, None where it was not asked."""
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
+        from lce_model.errors import LceError
+
         try:
             return dict(json.loads(file.read_text(encoding="utf-8")))
         except ValueError:
@@ -178,8 +185,10 @@ class Workbench:
     ) -> None:
         """Begin a job; ``then`` is called when it is done. LceError where one is under way."""
         if self.job is not None and self.working:
+            from lce_model.errors import LceError
+
             raise LceError(f"{self.job.name} is under way; one at a time")
-        self.session.place.mkdir(exist_ok=True)
+        self.session.make_place()
         self.job, self._then = Job(name, work, arguments, measure, gentle), then
 
     def start_model(self, name: str, work: Work, how: str, parent: int | None, **arguments: Any) -> None:
@@ -228,3 +237,14 @@ class Workbench:
         self.session = session
         session.save()
         self.version += 1
+
+
+def _read(path: Path, name: str, folder: Path) -> Entry:
+    """The run of a file, named after its place in the folder: two runs may have one name, in two folders."""
+    from lce_analysis.experiment import read_run
+    from lce_model.errors import LceError
+
+    try:
+        return Entry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
+    except LceError as error:
+        return Entry(path, error=str(error).replace(f"{folder}/", ""))

@@ -48,14 +48,14 @@ export default {
       if (button?.dataset.pick) this.pick(button);
       if (button?.dataset.take) this.take(button);
     });
-    await this.load();
+    this.loaded = this.load();
   },
   beforeUnmount() {
     document.removeEventListener("theme", this.onTheme);
     this.room.disconnect();
     this.drawing?.clear();
   },
-  watch: { url() { this.load(); }, lit() { this.light(); } },
+  watch: { url() { this.loaded = this.load(); }, lit() { this.light(); } },
   methods: {
     async load() {
       const response = await fetch(this.url);
@@ -100,7 +100,8 @@ export default {
     light() {
       Object.entries(this.lit ?? {}).forEach(([name, stretches]) => this.drawing?.light(name, stretches));
     },
-    replace(curves) {
+    async replace(curves) {
+      await this.loaded;
       for (const plot of this.drawing?.plots ?? []) {
         const data = [...plot.data];
         let changed = false;
@@ -118,7 +119,8 @@ export default {
       }
       this.$el.dataset.replaced = 1 + Number(this.$el.dataset.replaced ?? 0);
     },
-    extend(columns, keep) {
+    async extend(columns, keep) {
+      await this.loaded;
       for (const plot of this.drawing?.plots ?? []) {
         const more = columns[plot.figure.title];
         if (!more || !more[0].length) continue;

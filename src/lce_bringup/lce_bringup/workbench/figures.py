@@ -11,16 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-import numpy as np
 from nicegui import app, ui
-from numpy.typing import NDArray
-
-from lce_model.errors import LceError
 
 if TYPE_CHECKING:
+    from lce_analysis.experiment import Floats
     from lce_analysis.report import Block
 
-Floats = NDArray[np.float64]
 Blocks = Callable[[], "Sequence[Block]"]
 
 _shown: dict[str, Blocks] = {}
@@ -47,6 +43,7 @@ def packed(key: str) -> bytes | None:
     if key not in _shown:
         return None
     from lce_analysis.report import Fragment, Samples
+    from lce_model.errors import LceError
 
     numbers = Samples()
     page = Fragment(numbers)

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
+from lce_bringup.workbench.jobs import Job
 
 if TYPE_CHECKING:
     from lce_analysis.report import Block
@@ -20,12 +22,13 @@ class JobStrip:
     """A line below the head; ``follow`` brings it up to date."""
 
     def __init__(self, bench: Workbench) -> None:
-        self._bench, self._job, self._drawn = bench, bench.job, 0
+        self._bench, self._drawn = bench, 0
+        self._job: Job | None = None
         with ui.element("section").classes("job").props('aria-label="job under way"') as self._place:
             self._told = ui.label().props("role=status").mark("job")
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="progress of the job"')
             ui.button("Cancel", on_click=bench.cancel).props("outline no-caps").mark("cancel")
-            self._course = Figures(self._empty).classes("course")
+            self._course = ui.element("div").classes("course")
         self._failed = ui.label().classes("bad failed").props("role=alert").mark("job failed")
 
     def follow(self) -> None:
@@ -37,22 +40,29 @@ class JobStrip:
             return
         ended = "was stopped; what was recorded is among the runs" if job.gentle else "was cancelled"
         self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} {ended}"
-        self._course.visible = not job.gentle
         if not self._bench.working or not job.seen:
             return
         if job is not self._job:
-            self._job, self._drawn = job, 0
-            self._course.reload()
+            self._begin(job)
         new = [p for p in job.seen[self._drawn :] if math.isfinite(p.rms)]
         self._drawn = len(job.seen)
         if new:
-            self._course.extend({job.measure: [[p.seconds for p in new], [p.rms for p in new]]})
+            self._figures.extend({job.measure: [[p.seconds for p in new], [p.rms for p in new]]})
         now = job.seen[-1]
         number = f", {job.measure} {now.rms:.3g} σ" if math.isfinite(now.rms) else ""
         self._told.text = f"{job.name}: {now.label} {now.done}/{now.total}{number} · {job.seconds:.0f} s"
         self._bar.value = now.done / now.total if now.total else 0.0
 
-    def _empty(self) -> Sequence[Block]:
-        from lce_bringup.workbench import drawings
+    def _begin(self, job: Job) -> None:
+        """A figure for the number that the job tells, if it tells one."""
+        self._job, self._drawn = job, 0
+        self._course.clear()
+        if not job.gentle:
+            with self._course:
+                self._figures = Figures(partial(_course, job.measure))
 
-        return drawings.course(self._bench.job.measure) if self._bench.job is not None else []
+
+def _course(measure: str) -> Sequence[Block]:
+    from lce_bringup.workbench import drawings
+
+    return drawings.course(measure)

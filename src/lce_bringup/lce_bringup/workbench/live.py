@@ -10,7 +10,6 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Final
 
-from lce_bringup.domain import own_domain
 from lce_bringup.workbench.heard import PERIOD_S, Heard
 
 KEPT_S: Final = 60.0
@@ -34,6 +33,8 @@ class Ear:
 
     def open(self) -> int:
         """Begin to listen, if that has not happened, and return the domain."""
+        from lce_bringup.domain import own_domain
+
         if self.domain is None or self._process is None or not self._process.is_alive():
             self.close()
             self.domain = self._held.enter_context(own_domain())

@@ -3,20 +3,32 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from typing import Final
 
 from nicegui import ui
 from nicegui.events import KeyEventArguments
 
+from lce_bringup.workbench import tabs
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import HEAD
 from lce_bringup.workbench.job_strip import JobStrip
 from lce_bringup.workbench.memory import keep_tabs
-from lce_model.errors import LceError
 
 PERIOD_S: Final = 0.1
-NAMES: Final = ("Runs", "Look", "Learn", "Add", "Tell apart", "Take away", "Bench")
+TABS: Final = {
+    "Runs": "runs",
+    "Look": "look",
+    "Learn": "learn",
+    "Add": "add",
+    "Tell apart": "apart",
+    "Take away": "take_away",
+    "Bench": "bench",
+}
+"""Their modules."""
+FIRST: Final = "Runs"
+"""It needs no more than the runs; the others come when the analysis is loaded, which takes a second or two."""
 THEME: Final = """<script>
 addEventListener("DOMContentLoaded", () => {
   const follow = () => {
@@ -43,13 +55,13 @@ class Page:
             self._state = ui.label().classes("state").props("role=status")
             ui.button("light / dark", on_click=lambda: dark.set_value(not dark.value)).props("flat no-caps")
         self._strip = JobStrip(bench)
-        with ui.tabs().props("no-caps align=left aria-label=Views") as tabs:
-            for name in NAMES:
+        with ui.tabs().props("no-caps align=left aria-label=Views") as heads:
+            for name in TABS:
                 ui.tab(name)
-        keep_tabs(tabs)
-        tabs.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
-        with ui.tab_panels(tabs, value=tab if tab in NAMES else NAMES[0], animated=False):
-            self._panels = {name: ui.tab_panel(name) for name in NAMES}
+        keep_tabs(heads)
+        heads.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
+        with ui.tab_panels(heads, value=tab if tab in TABS else FIRST, animated=False):
+            self._panels = {name: ui.tab_panel(name) for name in TABS}
         ui.keyboard(on_key=self._hear_key, ignore=[])
         self._follow: dict[str, Callable[[], None]] = {}
         self.follow()
@@ -60,7 +72,7 @@ class Page:
         bench = self._bench
         self._strip.follow()
         self._state.text = bench.busy or _model_line(bench)
-        if bench.ready and bench.version != self._shown:
+        if bench.version != self._shown and (bench.entries or bench.ready):
             self._shown = bench.version
             self._fill()
         for follow in self._follow.values():
@@ -72,15 +84,15 @@ class Page:
             self._bench.stop()
 
     def _fill(self) -> None:
-        from lce_bringup.workbench.tabs import TABS
+        from lce_model.errors import LceError
 
         for name, panel in self._panels.items():
-            if name in self._follow:
+            if name in self._follow or not (self._bench.ready or name == FIRST):
                 continue
             panel.clear()
             with panel:
                 try:
-                    follow = TABS[name](self._bench)
+                    follow = importlib.import_module(f"{tabs.__name__}.{TABS[name]}").fill(self._bench)
                 except LceError as error:
                     ui.label(str(error)).classes("bad")
                     continue

@@ -8,6 +8,7 @@ import importlib
 import os
 from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, Final
 
 from fastapi import Response
@@ -16,14 +17,15 @@ from nicegui import app, background_tasks, ui
 from lce_bringup.workbench import figures, jobs
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
-from lce_bringup.workbench.page import Page
+from lce_bringup.workbench.page import TABS, Page
 from lce_bringup.workbench.session import Role
 
 TEND_S: Final = 0.05
-PATIENCE_S: Final = 2.0
+PATIENCE_S: Final = 4.0
+"""So long the runs wait for a page that is on its way to the browser: whoever looks comes first."""
 
 
-def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
+def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
     """Routes, page and background work; then ``serve``, or a test's user."""
     figures.serve_scripts()
     app.config.quasar_config["loadingBar"]["skipHijack"] = True  # it has no name for screen readers
@@ -40,25 +42,37 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
     @ui.page("/")
     def show(tab: str = "Runs") -> None:
         Page(bench, tab)
-        seen.set()
 
-    app.on_startup(jobs.warm_up)
-    app.on_startup(lambda: _background(lambda: load(bench, chosen, seen)))
+    app.on_connect(seen.set)
+    app.on_startup(lambda: _background(lambda: begin(bench, chosen, model, seen)))
     app.on_startup(lambda: _background(lambda: tend(bench)))
     if os.environ.get("ROS_DOMAIN_ID"):  # what runs there can be heard before the page runs anything
         app.on_startup(bench.ear.open)
     app.on_shutdown(bench.close)
 
 
-async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None, seen: asyncio.Event | None = None) -> None:
-    """Load the analysis, then the runs; pages are there meanwhile, and the first one comes first."""
-    bench.busy = "loading the analysis"
-    if seen is not None:
-        with suppress(TimeoutError):
-            await asyncio.wait_for(seen.wait(), PATIENCE_S)
-    await asyncio.to_thread(importlib.import_module, "lce_bringup.workbench.tabs")
-    bench.ready = True
+async def begin(bench: Workbench, chosen: Mapping[str, Role] | None, model: Path | None, seen: asyncio.Event) -> None:
+    """Load all, once the first page is there; end the server where the model that it should begin with is none."""
+    with suppress(TimeoutError):
+        await asyncio.wait_for(seen.wait(), PATIENCE_S)
+    errors = await asyncio.to_thread(importlib.import_module, "lce_model.errors")
+    try:
+        if model is not None:
+            await asyncio.to_thread(bench.begin_with, model)
+        await load(bench, chosen)
+    except errors.LceError as error:
+        bench.trouble = str(error)
+        app.shutdown()
+
+
+async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
+    """Read the runs, then load the analysis."""
     await bench.open(chosen)
+    bench.busy = "loading the analysis"
+    for module in TABS.values():
+        await asyncio.to_thread(importlib.import_module, f"lce_bringup.workbench.tabs.{module}")
+    bench.loaded()
+    await asyncio.to_thread(jobs.warm_up)
 
 
 async def tend(bench: Workbench) -> None:

@@ -13,9 +13,6 @@ from typing import Any, Final, Literal, get_args
 
 import yaml
 
-from lce_model.errors import LceError
-from lce_model.model_file import write_atomically
-
 Role = Literal["train", "test", "off"]
 NAME: Final = "workbench"
 FORMAT: Final = "lce-workbench-1"
@@ -57,6 +54,8 @@ class Session:
         for entry in self.models:
             if entry.number == number:
                 return entry
+        from lce_model.errors import LceError
+
         raise LceError(f"{self.place}: there is no model {number}")
 
     def names(self, role: Role) -> tuple[str, ...]:
@@ -84,15 +83,25 @@ class Session:
         """The model that the current one came from is current again; LceError where it came from none."""
         parent = self.kept(self.current).parent if self.current is not None else None
         if parent is None:
+            from lce_model.errors import LceError
+
             raise LceError("nothing to undo: the model came from no other")
         return self.with_current(parent)
 
-    def save(self) -> None:
-        """Write it beside the runs; LceError where nothing can be written."""
+    def make_place(self) -> None:
+        """Make the folder of its files; LceError where that cannot be."""
         try:
             self.place.mkdir(exist_ok=True)
         except OSError as error:
+            from lce_model.errors import LceError
+
             raise LceError(f"{self.place}: cannot be made ({error.strerror})") from None
+
+    def save(self) -> None:
+        """Write it beside the runs; LceError where nothing can be written."""
+        from lce_model.model_file import write_atomically
+
+        self.make_place()
         content = {
             "format": FORMAT,
             "roles": dict(self.roles),
@@ -117,6 +126,8 @@ def load(folder: Path) -> Session:
             found.kept(found.current)
         return found
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
+        from lce_model.errors import LceError
+
         raise LceError(f"{file}: no session of the workbench; move it away to begin anew") from None
 
 

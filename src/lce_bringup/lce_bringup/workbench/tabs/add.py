@@ -17,7 +17,7 @@ from lce_model.effects import library
 from lce_model.library import DEFORMATION, THERMAL
 
 
-def add(bench: Workbench) -> None:
+def fill(bench: Workbench) -> None:
     """The models of the session, and what makes more of them."""
     with ui.row().classes("line"):
         thermal = ui.select(list(THERMAL), value="lumped", label="Thermal stage")

@@ -22,7 +22,7 @@ TELLING: Final = 5.0
 """Standard deviations that make a difference plain."""
 
 
-def apart(bench: Workbench) -> None:
+def fill(bench: Workbench) -> None:
     """The two effects, the limits, and the waveforms designed so far."""
     number = bench.session.current
     if number is None:

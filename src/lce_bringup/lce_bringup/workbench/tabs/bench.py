@@ -23,9 +23,9 @@ LEVELS: Final = ("ok", "warning", "error")
 ARMED: Final = "hardware"
 
 
-def bench(workbench: Workbench) -> Callable[[], None]:
+def fill(bench: Workbench) -> Callable[[], None]:
     """The tab, and what brings it up to date."""
-    return Bench(workbench).follow
+    return Bench(bench).follow
 
 
 class Bench:
@@ -49,7 +49,7 @@ class Bench:
         ui.label(
             f"Protocols: {', '.join(SHAPES)}, with options as for lce run, or a CSV file of this folder. Esc stops."
         )
-        self._values = ui.label().classes("values").props("role=status").mark("values")
+        self._values = ui.label("nothing heard yet").classes("values").props("role=status").mark("values")
         self._conditions = ui.element("div").classes("conditions").mark("conditions")
         self._curves = Figures(drawings.live)
 

@@ -26,7 +26,7 @@ SHOWN: Final = 8
 """Candidates that are listed before the others."""
 
 
-def learn(bench: Workbench) -> None:
+def fill(bench: Workbench) -> None:
     """The button, the answer, and the candidates."""
     train, test = len(bench.runs("train")), len(bench.runs("test"))
     if bench.session.current is None or not train:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Spans = dict[str, list[tuple[float, float]]]
 
 
-def look(bench: Workbench) -> None:
+def fill(bench: Workbench) -> None:
     """The answer, the table of shares, and the figures of the run chosen."""
     names = list(bench.runs("train") | bench.runs("test"))
     if bench.session.current is None or not names:

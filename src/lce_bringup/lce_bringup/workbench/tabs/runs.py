@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from lce_analysis.experiment import Run, Series
 
 ROLES: Final = {"train": "learn from", "test": "hold out", "off": "leave aside"}
-WIDE, HIGH, POINTS = 150, 34, 120
+WIDE, HIGH, POINTS = 120, 34, 120
 
 
-def runs(bench: Workbench) -> None:
+def fill(bench: Workbench) -> None:
     """The files of the folder as a table."""
     ui.button("Read the folder anew", on_click=bench.reopen).props("flat dense no-caps").classes("as-wide").mark("anew")
     if not bench.entries:

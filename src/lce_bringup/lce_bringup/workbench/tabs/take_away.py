@@ -14,7 +14,7 @@ from lce_analysis.report import render_comparison
 from lce_bringup.workbench.bench import Workbench
 
 
-def take_away(bench: Workbench) -> None:
+def fill(bench: Workbench) -> None:
     """Downloads of the current model and of its reports, and command lines to copy. (CSV and PNG: at every figure.)"""
     number = bench.session.current
     if number is None:
