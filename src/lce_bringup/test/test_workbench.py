@@ -21,12 +21,13 @@ from lce_analysis.report.run import NAMES, VALUE, Colouring, run_section
 from lce_bringup.cli import main as lce
 from lce_bringup.workbench import drawings, figures, session
 from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.by_hand import LABEL, ByHand
 from lce_bringup.workbench.guard import Guard
 from lce_bringup.workbench.jobs import Job, warm_up
 from lce_bringup.workbench.page import Page
 from lce_bringup.workbench.server import load, tend
 from lce_bringup.workbench.tabs.look import lit, run_figures, shares
-from lce_bringup.workbench.tabs.take_away import command_lines
+from lce_bringup.workbench.tabs.take_away import commands
 from lce_model import KELVIN, LceError, default_model, simulate
 
 pytestmark = pytest.mark.alone
@@ -293,10 +294,11 @@ def test_the_history_says_how_the_error_fell_and_which_commands_do_the_same(fold
     displacement = sides.figures[1]
     assert isinstance(displacement, Lines) and len(displacement.curves) == 2
     assert all(curve.y[1] < 0.5 * curve.y[0] for curve in displacement.curves)
-    assert (
-        "lce add creep pulse.csv stairs.csv --test later/other.csv --model workbench/model-1.yaml --out model.yaml"
-        in command_lines(bench)
-    )
+    model = "--model workbench/model-2.yaml --report"
+    assert commands(bench) == [
+        f"lce compare pulse.csv stairs.csv later/other.csv {model} compare.html",
+        f"lce diagnose pulse.csv stairs.csv --test later/other.csv {model} diagnose.html",
+    ]
 
 
 def test_a_model_that_cannot_be_read_costs_only_what_needs_it(folder: Path) -> None:
@@ -338,7 +340,7 @@ def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
     assert model is not None and comparison is not None
     run = bench.runs("train")["pulse.csv"]
     for stage in next(found for found in comparison.runs if found.run is run).stages:
-        curve = drawings.hand_curves(model, run)[f"{NAMES[stage.quantity]}/{drawings.BY_HAND}"]
+        curve = ByHand.of(model, run).curves(model)[f"{NAMES[stage.quantity]}/{LABEL}"]
         assert curve == pytest.approx(stage.modelled * VALUE[stage.quantity][1])
 
 

@@ -159,12 +159,12 @@ class Workbench:
         """What `diagnose` said of the current model, None where it was not asked."""
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
-        from lce_model.errors import LceError
+        return _json(file)
 
-        try:
-            return dict(json.loads(file.read_text(encoding="utf-8")))
-        except ValueError:
-            raise LceError(f"{file}: no diagnosis; delete it and diagnose anew") from None
+    def designs(self) -> list[tuple[Path, dict[str, Any]]]:
+        """The waveforms designed so far, and what is known of each."""
+        files = sorted(self.session.place.glob("wave-*.json"))
+        return [(file.with_suffix(".csv"), _json(file)) for file in files if file.with_suffix(".csv").exists()]
 
     # Jobs
 
@@ -191,13 +191,15 @@ class Workbench:
         self.session.make_place()
         self.job, self._then = Job(name, work, arguments, measure, gentle), then
 
-    def start_model(self, name: str, work: Work, how: str, parent: int | None, **arguments: Any) -> None:
+    def start_model(
+        self, name: str, work: Work, how: str, parent: int | None, command: str = "", **arguments: Any
+    ) -> None:
         """Begin a job that writes the next model of the history."""
         out = self.session.model_file(self.session.next_number())
-        self.start(name, work, partial(self._joined, how, parent), out=out, **arguments)
+        self.start(name, work, partial(self._joined, how, parent, command), out=out, **arguments)
 
-    def _joined(self, how: str, parent: int | None) -> None:
-        self._change(self.session.with_model(how, parent))
+    def _joined(self, how: str, parent: int | None, command: str) -> None:
+        self._change(self.session.with_model(how, parent, command))
 
     def record(self, name: str, work: Work, out: Path, **arguments: Any) -> None:
         """Begin a job that records a run into the folder; it is opened when it is over, however it ended."""
@@ -248,3 +250,12 @@ def _read(path: Path, name: str, folder: Path) -> Entry:
         return Entry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
     except LceError as error:
         return Entry(path, error=str(error).replace(f"{folder}/", ""))
+
+
+def _json(file: Path) -> dict[str, Any]:
+    try:
+        return dict(json.loads(file.read_text(encoding="utf-8")))
+    except ValueError:
+        from lce_model.errors import LceError
+
+        raise LceError(f"{file}: no JSON object; delete it") from None

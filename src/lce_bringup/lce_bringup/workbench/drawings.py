@@ -18,12 +18,9 @@ from lce_analysis.report.blocks import Role
 from lce_analysis.report.run import NAMES, POWER, RESIDUAL, TIME, VALUE
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.heard import Heard
-from lce_model import KELVIN, Model
+from lce_model import Model
 from lce_model.effects import library
 
-BY_HAND: Final = "by hand"
-FOLLOWED: Final = 4000
-"""Samples of a curve that follows a slider, at most: the pixels of a wide screen."""
 SIDES: Final[dict[str, Role]] = {"learnt from": "model", "held out": "residual"}
 
 
@@ -95,42 +92,6 @@ def before_and_after(bench: Workbench) -> Sequence[Block]:
         return []
     held_out = {run.name for run in bench.runs("test").values()}
     return [f"Model {parent} (before) and model {bench.session.current} (after).", *falls(before, after, held_out)]
-
-
-def by_hand(model: Model, moved: Model, run: Run) -> Sequence[Block]:
-    """Measured, the model, and the model moved by hand; of a long run every so many samples."""
-    modelled, by_hand = hand_curves(model, run), hand_curves(moved, run)
-    blocks: list[Block] = []
-    for quantity, series in zip(QUANTITIES, (run.temperature, run.displacement), strict=True):
-        axis, factor = VALUE[quantity]
-        key = f"{NAMES[quantity]}/{BY_HAND}"
-        if series is None or key not in modelled:
-            continue
-        offset = KELVIN if quantity == "temperature" else 0.0
-        curves = (
-            Curve("measured", (_thin(series.value) - offset) * factor, "measured"),
-            Curve("model", modelled[key], "model"),
-            Curve(BY_HAND, by_hand[key], "after"),
-        )
-        blocks.append(
-            Lines(NAMES[quantity], TIME, axis, _thin(series.time_s), curves, linked=f"by hand {run.name}", height=220)
-        )
-    return blocks
-
-
-def hand_curves(model: Model, run: Run) -> dict[str, Floats]:
-    """What the model says of a run, in the units of the axes: by figure and curve of ``by_hand``."""
-    found = {}
-    for quantity, values in zip(QUANTITIES, _series(predict(model, run)), strict=True):
-        if values is not None:
-            offset = KELVIN if quantity == "temperature" else 0.0
-            found[f"{NAMES[quantity]}/{BY_HAND}"] = (_thin(values) - offset) * VALUE[quantity][1]
-    return found
-
-
-def _thin(values: Floats) -> Floats:
-    """At most FOLLOWED samples (n,), evenly spaced, so that curves follow at once."""
-    return values[:: -(-values.size // FOLLOWED)]
 
 
 def course(measure: str) -> Sequence[Block]:

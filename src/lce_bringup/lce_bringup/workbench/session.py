@@ -20,11 +20,14 @@ FORMAT: Final = "lce-workbench-1"
 
 @dataclass(frozen=True)
 class Kept:
-    """A model of the history: its number, how it came about, and the number of the one that it came from."""
+    """A model of the history: its number, how it came about, the number of the one that it came from, and the command
+    that does the same.
+    """
 
     number: int
     how: str
     parent: int | None = None
+    command: str = ""
 
 
 @dataclass(frozen=True)
@@ -70,9 +73,9 @@ class Session:
         """Number of the next model."""
         return 1 + max((entry.number for entry in self.models), default=0)
 
-    def with_model(self, how: str, parent: int | None) -> Session:
+    def with_model(self, how: str, parent: int | None, command: str = "") -> Session:
         """The model whose file has the next number joins the history and is current."""
-        entry = Kept(self.next_number(), how, parent)
+        entry = Kept(self.next_number(), how, parent, command)
         return replace(self, models=(*self.models, entry), current=entry.number)
 
     def with_current(self, number: int) -> Session:

@@ -5,22 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from nicegui import ui
 
 from lce_analysis.fit.coordinates import Coordinates
 from lce_analysis.report import Block
-from lce_bringup.workbench import drawings
 from lce_bringup.workbench.bench import Workbench
+from lce_bringup.workbench.by_hand import ByHand
 from lce_bringup.workbench.figures import Figures
 from lce_bringup.workbench.memory import remember, remembered
 from lce_bringup.workbench.telling import telling
 from lce_model import Model, Value
-
-if TYPE_CHECKING:
-    from lce_analysis.experiment import Run
 
 STEPS: Final = 1000
 THROTTLE_S: Final = 0.05
@@ -31,6 +28,7 @@ class Sliders:
 
     def __init__(self, bench: Workbench, model: Model) -> None:
         self._bench, self._start, self._moved = bench, model, model
+        self._by_hand: ByHand | None = None
         names = list(bench.runs("train") | bench.runs("test"))
         ui.html("<h2>By hand</h2>", sanitize=False)
         self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
@@ -42,22 +40,25 @@ class Sliders:
                     ui.button("Back", on_click=self._back).props("outline no-caps").mark("back")
                 self._sliders = [_Slider(value, self._follow) for value in model.values if not value.fixed]
             self._figures = Figures(self._curves)
-        self._chosen.on_value_change(self._figures.reload)
-
-    def _run(self) -> Run:
-        run = self._bench.entries[str(self._chosen.value)].run
-        assert run is not None
-        return run
+        self._chosen.on_value_change(self._reload)
 
     def _curves(self) -> Sequence[Block]:
-        return drawings.by_hand(self._start, self._moved, self._run())
+        run = self._bench.entries[str(self._chosen.value)].run
+        assert run is not None
+        self._by_hand = ByHand.of(self._start, run)
+        return self._by_hand.blocks(self._start, self._moved)
+
+    def _reload(self) -> None:
+        self._by_hand = None
+        self._figures.reload()
 
     def _follow(self, key: str, number: float) -> None:
         self._move(self._moved.set({key: number}))
 
     def _move(self, model: Model) -> None:
         self._moved = model
-        self._figures.replace(drawings.hand_curves(self._moved, self._run()))
+        if self._by_hand is not None:
+            self._figures.replace(self._by_hand.curves(model))
 
     def _keep(self) -> None:
         self._bench.keep(self._moved, "by hand")

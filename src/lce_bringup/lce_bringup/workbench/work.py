@@ -66,19 +66,22 @@ def add(effect: str, runs: Sequence[Path], test: Sequence[Path], model: Path, ou
 def design(
     model: Path,
     between: tuple[str, str],
-    power_w: float,
-    temperature_c: float,
-    duration_s: float,
+    limits: tuple[float, float, float],
+    command: str,
     out: Path,
     *,
     progress: Progress,
 ) -> None:
-    """`lce design`: the waveform, and beside it what it is worth."""
-    limits = lce_analysis.design.Limits(power_w, temperature_c + KELVIN, duration_s)
-    found = lce_analysis.design.design(load_model(model), between, limits, progress)
+    """`lce design`: the waveform, and beside it what it is worth and the command that does the same.
+
+    limits are of power [W], temperature [°C] and duration [s].
+    """
+    power_w, temperature_c, duration_s = limits
+    within = lce_analysis.design.Limits(power_w, temperature_c + KELVIN, duration_s)
+    found = lce_analysis.design.design(load_model(model), between, within, progress)
     rows = [f"{t:.2f},{p:.6g}" for t, p in zip(found.time_s, found.power_w, strict=True)]
     about = {"between": between, "protocol": found.protocol, "separation": found.separation}
-    about |= {"hottest_c": found.hottest_k - KELVIN}
+    about |= {"hottest_c": found.hottest_k - KELVIN, "command": command}
     write_atomically(out, "\n".join(["time_s,power_w", *rows]) + "\n")
     write_atomically(out.with_suffix(".json"), json.dumps(about) + "\n")
 

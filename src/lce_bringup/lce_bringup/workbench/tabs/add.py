@@ -7,7 +7,7 @@ from functools import partial
 
 from nicegui import ui
 
-from lce_bringup.workbench import drawings, work
+from lce_bringup.workbench import command_lines, drawings, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
 from lce_bringup.workbench.sliders import Sliders
@@ -48,7 +48,9 @@ def fill(bench: Workbench) -> None:
 def fit(bench: Workbench, thermal: str, deformation: str) -> None:
     """Begin the fit of a model without effects."""
     how = f"{thermal} + {deformation} fitted"
-    bench.start_model("Fit", work.fit, how, None, runs=bench.paths("train"), thermal=thermal, deformation=deformation)
+    command = command_lines.fit(bench, thermal, deformation)
+    runs = bench.paths("train")
+    bench.start_model("Fit", work.fit, how, None, command, runs=runs, thermal=thermal, deformation=deformation)
 
 
 def _history(bench: Workbench) -> None:

@@ -3,19 +3,20 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from nicegui import ui
 
-from lce_bringup.workbench import drawings, work
+from lce_bringup.workbench import command_lines, drawings, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
 from lce_bringup.workbench.memory import turn_to
 from lce_bringup.workbench.tabs.bench import run_simulated
 from lce_bringup.workbench.telling import telling
+from lce_model import LceError
 from lce_model.effects import library
 
 TELLING: Final = 5.0
@@ -33,27 +34,32 @@ def fill(bench: Workbench) -> None:
     with ui.row().classes("line"):
         one = ui.select(list(library()), value=first, label="Effect")
         other = ui.select(list(library()), value=second, label="Looks like")
-        power = ui.number("Laser at most [W]", value=2.0, min=0.05, max=2.0, step=0.1)
-        hottest = ui.number("Strip at most [°C]", value=110.0, min=30.0, max=180.0, step=5.0)
-        longest = ui.number("Longest [s]", value=150.0, min=30.0, max=600.0, step=10.0)
+        power_w = ui.number("Laser at most [W]", value=2.0, min=0.05, max=2.0, step=0.1)
+        hottest_c = ui.number("Strip at most [°C]", value=110.0, min=30.0, max=180.0, step=5.0)
+        longest_s = ui.number("Longest [s]", value=150.0, min=30.0, max=600.0, step=10.0)
 
-        def design() -> None:
-            between = str(one.value), str(other.value)
-            bench.start(
-                f"Tell {between[0]} from {between[1]}",
-                work.design,
-                measure="separation",
-                model=bench.session.model_file(number),
-                between=between,
-                power_w=float(power.value),
-                temperature_c=float(hottest.value),
-                duration_s=float(longest.value),
-                out=bench.session.place / f"wave-{between[0]}-{between[1]}.csv",
-            )
+        def begin() -> None:
+            limits = _number(power_w), _number(hottest_c), _number(longest_s)
+            design(bench, number, (str(one.value), str(other.value)), limits)
 
-        ui.button("Design", color="accent", on_click=telling(design)).props("unelevated no-caps").mark("design")
-    for file in sorted(bench.session.place.glob("wave-*.json")):
-        _designed(bench, file)
+        ui.button("Design", color="accent", on_click=telling(begin)).props("unelevated no-caps").mark("design")
+    for file, about in bench.designs():
+        _designed(bench, file, about)
+
+
+def design(bench: Workbench, number: int, between: tuple[str, str], limits: tuple[float, float, float]) -> None:
+    """Begin the search for a waveform within limits of power [W], temperature [°C] and duration [s]."""
+    model = bench.session.model_file(number)
+    bench.start(
+        f"Tell {between[0]} from {between[1]}",
+        work.design,
+        measure="separation",
+        model=model,
+        between=between,
+        limits=limits,
+        command=command_lines.design(bench, model, between, limits),
+        out=bench.session.place / f"wave-{between[0]}-{between[1]}.csv",
+    )
 
 
 def likely_pair(bench: Workbench) -> tuple[str, str]:
@@ -65,9 +71,15 @@ def likely_pair(bench: Workbench) -> tuple[str, str]:
     return first, second
 
 
-def _designed(bench: Workbench, file: Path) -> None:
-    about = json.loads(file.read_text(encoding="utf-8"))
-    time_s, power_w = np.loadtxt(file.with_suffix(".csv"), delimiter=",", skiprows=1, unpack=True)
+def _number(field: ui.number) -> float:
+    if field.value is None:
+        raise LceError(f"{field.props['label']}: a number is needed")
+    return float(field.value)
+
+
+def _designed(bench: Workbench, file: Path, about: Mapping[str, Any]) -> None:
+    """A waveform, what it is worth, and the button that runs it."""
+    time_s, power_w = np.loadtxt(file, delimiter=",", skiprows=1, unpack=True)
     one, other = about["between"]
     enough = "" if about["separation"] > TELLING else " Too little to tell them apart: give more time, power or heat."
     ui.html(f"<h2>{one} or {other}</h2>", sanitize=False)
@@ -76,7 +88,7 @@ def _designed(bench: Workbench, file: Path) -> None:
         f"After the rival is refitted, {about['separation']:.1f} standard deviations of the noise remain.{enough}"
     )
     Figures(lambda: drawings.wave(f"{one} or {other}", time_s, power_w))
-    wave = file.with_suffix(".csv").relative_to(bench.folder).as_posix()
+    wave = file.relative_to(bench.folder).as_posix()
 
     def run() -> None:
         run_simulated(bench, wave)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from nicegui import ui
 
-from lce_bringup.workbench import drawings, work
+from lce_bringup.workbench import command_lines, drawings, work
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import Figures
 from lce_bringup.workbench.memory import turn_to
@@ -71,15 +71,17 @@ def add(bench: Workbench, effect: str) -> None:
     """Begin adding an effect to the current model, and show where its error falls."""
     number = bench.session.current
     assert number is not None
+    model = bench.session.model_file(number)
     bench.start_model(
         f"Add {effect}",
         work.add,
         f"{effect} added to model {number}",
         number,
+        command_lines.add(bench, effect, model),
         effect=effect,
         runs=bench.paths("train"),
         test=bench.paths("test"),
-        model=bench.session.model_file(number),
+        model=model,
     )
     turn_to("Add")
 

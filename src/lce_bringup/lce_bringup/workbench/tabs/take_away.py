@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 import asyncio
-import shlex
-from collections.abc import Sequence
 from pathlib import Path
 
 from nicegui import ui
 
 from lce_analysis.report import render_comparison
+from lce_bringup.workbench import command_lines
 from lce_bringup.workbench.bench import Workbench
 
 
@@ -36,35 +35,21 @@ def fill(bench: Workbench) -> None:
     ui.label("CSV (of the range in view) and PNG are at every figure.")
     ui.html("<h2>The same on the command line</h2>", sanitize=False)
     ui.label(f"In the folder {bench.folder}; the files of the page are in {place.name}/.")
-    for line in command_lines(bench):
+    for line in commands(bench):
         with ui.row().classes("line command"):
             ui.html(f"<code>{line.replace('&', '&amp;').replace('<', '&lt;')}</code>", sanitize=False)
             ui.button("Copy", on_click=lambda line=line: ui.clipboard.write(line)).props("flat dense no-caps")
 
 
-def command_lines(bench: Workbench) -> list[str]:
-    """What the page shows and last did, as commands."""
+def commands(bench: Workbench) -> list[str]:
+    """What the page shows, how the current model came about, and the waveforms designed, as commands."""
     number = bench.session.current
     assert number is not None
-
-    def relative(paths: Sequence[Path]) -> list[str]:
-        return [path.relative_to(bench.folder).as_posix() for path in paths]
-
-    (model,) = relative([bench.session.model_file(number)])
-    train, test = relative(bench.paths("train")), relative(bench.paths("test"))
-    held_out = ["--test", *test] if test else []
-    lines = [
-        ["lce", "compare", *train, *test, "--model", model, "--report", "compare.html"],
-        ["lce", "diagnose", *train, *held_out, "--model", model, "--report", "diagnose.html"],
-    ]
-    kept = bench.session.kept(number)
-    if kept.parent is not None and kept.how.endswith(f"added to model {kept.parent}"):
-        effect, (parent,) = kept.how.split()[0], relative([bench.session.model_file(kept.parent)])
-        lines.append(["lce", "add", effect, *train, *held_out, "--model", parent, "--out", "model.yaml"])
-    if kept.how.endswith(" fitted"):
-        thermal, _, deformation, _ = kept.how.split()
-        lines.append(["lce", "fit", *train, "--thermal", thermal, "--deformation", deformation, "--out", "model.yaml"])
-    return [shlex.join(words) for words in lines]
+    model = bench.session.model_file(number)
+    lines = [command_lines.compare(bench, model), command_lines.diagnose(bench, model)]
+    if command := bench.session.kept(number).command:
+        lines.append(command)
+    return lines + [design["command"] for _, design in bench.designs()]
 
 
 def _download(label: str, file: Path) -> None:
