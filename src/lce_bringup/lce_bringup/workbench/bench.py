@@ -18,11 +18,14 @@ from lce_bringup.workbench.session import Role, Session
 
 if TYPE_CHECKING:
     from lce_analysis.compare import Comparison
+    from lce_analysis.diagnose.diagnosis import Errors
     from lce_analysis.experiment import Run
     from lce_model import Model
 
 AT_ONCE: Final = 20
 """Runs of a folder that are opened unasked, at most."""
+COMPARISONS: Final = 4
+"""Comparisons that are kept: each holds every sample several times."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ class Workbench:
         self.ready = False
         self.version = 0
         self._models: dict[int, Model] = {}
+        self._errors: dict[tuple[int, tuple[str, ...], tuple[str, ...]], dict[Role, Errors]] = {}
         self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
         self._then: Callable[[], None] = lambda: None
 
@@ -78,6 +82,7 @@ class Workbench:
         """Read everything anew."""
         self.entries.clear()
         self._comparisons.clear()
+        self._errors.clear()
         await self.open()
 
     async def _read(self, name: str) -> None:
@@ -98,6 +103,10 @@ class Workbench:
         """The readable runs of a role."""
         names = (name for name in self.session.names(role) if name in self.entries)
         return {name: run for name in names if (run := self.entries[name].run) is not None}
+
+    def used(self) -> dict[str, Run]:
+        """The runs learnt from, then those held out."""
+        return self.runs("train") | self.runs("test")
 
     def paths(self, role: Role) -> list[Path]:
         """Files of the readable runs of a role."""
@@ -146,14 +155,28 @@ class Workbench:
         from lce_analysis.compare import compare
 
         number = self.session.current if number is None else number
-        runs = self.runs("train") | self.runs("test")
+        runs = self.used()
         model = self.model(number)
         if number is None or model is None or not runs:
             return None
         key = number, tuple(runs)
         if key not in self._comparisons:
             self._comparisons[key] = compare(model, list(runs.values()))
+            for old in list(self._comparisons)[:-COMPARISONS]:
+                del self._comparisons[old]
         return self._comparisons[key]
+
+    def errors(self, number: int) -> dict[Role, Errors]:
+        """What a model of the history leaves on the runs learnt from and on those held out, computed once."""
+        from lce_analysis.diagnose.diagnosis import errors
+
+        model = self.model(number)
+        assert model is not None
+        key = number, self.session.names("train"), self.session.names("test")
+        if key not in self._errors:
+            sides: tuple[Role, Role] = ("train", "test")
+            self._errors[key] = {side: errors(model, list(self.runs(side).values())) for side in sides}
+        return self._errors[key]
 
     def diagnosis(self) -> dict[str, Any] | None:
         """What `diagnose` said of the current model, None where it was not asked."""

@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 
 from lce_analysis.compare import QUANTITIES
-from lce_analysis.diagnose.diagnosis import errors
 from lce_analysis.experiment import Floats, Run
 from lce_analysis.predict import Prediction, predict
 from lce_analysis.report import Axis, Bars, Block, Curve, Figure, Grid, Group, Lines, falls
@@ -18,10 +17,11 @@ from lce_analysis.report.blocks import Role
 from lce_analysis.report.run import NAMES, POWER, RESIDUAL, TIME, VALUE
 from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.heard import Heard
+from lce_bringup.workbench.session import Role as Use
 from lce_model import Model
 from lce_model.effects import library
 
-SIDES: Final[dict[str, Role]] = {"learnt from": "model", "held out": "residual"}
+SIDES: Final[dict[Use, tuple[str, Role]]] = {"train": ("learnt from", "model"), "test": ("held out", "residual")}
 
 
 def candidates(diagnosis: Mapping[str, Any]) -> Sequence[Block]:
@@ -64,18 +64,16 @@ def _series(prediction: Prediction) -> tuple[Any, Any]:
 
 def history(bench: Workbench) -> Sequence[Block]:
     """The models tried, and their errors as curves over their numbers."""
-    sides = {"learnt from": list(bench.runs("train").values()), "held out": list(bench.runs("test").values())}
-    models = {kept.number: bench.model(kept.number) for kept in bench.session.models}
-    found = {n: {side: errors(m, runs) for side, runs in sides.items()} for n, m in models.items() if m is not None}
+    found = {kept.number: bench.errors(kept.number) for kept in bench.session.models}
     numbers = np.array([float(n) for n in found])
     figures: list[Figure] = []
     for quantity in QUANTITIES:
         curves = []
-        for side, role in SIDES.items():
-            values = [found[n][side][f"{quantity}_nrmse"] for n in found]
+        for side, (label, role) in SIDES.items():
+            values = [errors[side][f"{quantity}_nrmse"] for errors in found.values()]
             if any(v is not None for v in values):
                 y = np.array([np.nan if v is None else 100.0 * v for v in values])
-                curves.append(Curve(side, y, role, "marked"))
+                curves.append(Curve(label, y, role, "marked"))
         if curves:
             name = f"NRMSE of {NAMES[quantity]} by model"
             figures.append(Lines(name, Axis("model", "1", whole=True), Axis("NRMSE", "%"), numbers, curves, height=190))

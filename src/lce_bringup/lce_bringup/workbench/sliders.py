@@ -29,7 +29,7 @@ class Sliders:
     def __init__(self, bench: Workbench, model: Model) -> None:
         self._bench, self._start, self._moved = bench, model, model
         self._by_hand: ByHand | None = None
-        names = list(bench.runs("train") | bench.runs("test"))
+        names = list(bench.used())
         ui.html("<h2>By hand</h2>", sanitize=False)
         self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
         self._chosen.on_value_change(partial(remember, "run"))

@@ -39,7 +39,7 @@ def fill(bench: Workbench) -> None:
         ).mark("add")
         ui.button("Undo", on_click=telling(bench.undo)).props("outline no-caps").mark("undo")
     _history(bench)
-    if bench.runs("train") | bench.runs("test"):
+    if bench.used():
         Figures(lambda: drawings.history(bench)).mark("falling error")
         Figures(lambda: drawings.before_and_after(bench)).mark("before and after")
         Sliders(bench, model)

@@ -25,7 +25,7 @@ Spans = dict[str, list[tuple[float, float]]]
 
 def fill(bench: Workbench) -> None:
     """The answer, the table of shares, and the figures of the run chosen."""
-    names = list(bench.runs("train") | bench.runs("test"))
+    names = list(bench.used())
     if bench.session.current is None or not names:
         ui.label("A model and a run are needed. Fit a model on the tab Add, and choose runs on the tab Runs.")
         return

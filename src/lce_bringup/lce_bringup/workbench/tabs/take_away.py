@@ -22,7 +22,7 @@ def fill(bench: Workbench) -> None:
     place = bench.session.place
     with ui.row().classes("line"):
         _download("Model (YAML)", bench.session.model_file(number))
-        if bench.runs("train") | bench.runs("test"):
+        if bench.used():
             report = ui.button("Report: where it fails (HTML)").props("outline no-caps").mark("report")
             report.on_click(lambda: _report(bench))
         for label, file in (
