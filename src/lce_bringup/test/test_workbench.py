@@ -301,14 +301,16 @@ def test_the_history_says_how_the_error_fell_and_which_commands_do_the_same(fold
     ]
 
 
-def test_a_model_that_cannot_be_read_costs_only_what_needs_it(folder: Path) -> None:
+def test_a_file_that_cannot_be_read_costs_only_what_needs_it(folder: Path) -> None:
     bench = with_model(folder)
     bench.keep(STRIP, "by hand")
     bench.session.model_file(1).write_text("format: something else\n")
+    bench.session.diagnosis_file(2).write_text("{}")
 
     async def story(user: User, bench: Workbench) -> None:
         await user.should_see(content="model-1.yaml")
-        bench.choose(2)
+        user.find("Learn").click()
+        await user.should_see(content="diagnosis-2.json: not what the workbench wrote")
         user.find("Runs").click()
         await user.should_see("pulse.csv")
 

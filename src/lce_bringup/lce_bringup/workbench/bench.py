@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 AT_ONCE: Final = 20
 """Runs of a folder that are opened unasked, at most."""
+DIAGNOSIS: Final = ("verdict", "sentences", "added", "candidates")
+DESIGN: Final = ("between", "protocol", "separation", "hottest_c", "command")
+"""What is read of the files that jobs write."""
 COMPARISONS: Final = 4
 """Comparisons that are kept: each holds every sample several times."""
 
@@ -182,12 +186,12 @@ class Workbench:
         """What `diagnose` said of the current model, None where it was not asked."""
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
-        return _json(file)
+        return _json(file, DIAGNOSIS)
 
     def designs(self) -> list[tuple[Path, dict[str, Any]]]:
         """The waveforms designed so far, and what is known of each."""
         files = sorted(self.session.place.glob("wave-*.json"))
-        return [(file.with_suffix(".csv"), _json(file)) for file in files if file.with_suffix(".csv").exists()]
+        return [(file.with_suffix(".csv"), _json(file, DESIGN)) for file in files if file.with_suffix(".csv").exists()]
 
     # Jobs
 
@@ -275,10 +279,12 @@ def _read(path: Path, name: str, folder: Path) -> Entry:
         return Entry(path, error=str(error).replace(f"{folder}/", ""))
 
 
-def _json(file: Path) -> dict[str, Any]:
-    try:
-        return dict(json.loads(file.read_text(encoding="utf-8")))
-    except ValueError:
-        from lce_model.errors import LceError
+def _json(file: Path, keys: Collection[str]) -> dict[str, Any]:
+    """What a job wrote; LceError where the file is something else."""
+    with suppress(ValueError):
+        content = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(content, dict) and set(keys) <= set(content):
+            return content
+    from lce_model.errors import LceError
 
-        raise LceError(f"{file}: no JSON object; delete it") from None
+    raise LceError(f"{file}: not what the workbench wrote; delete it, and begin that job again")

@@ -25,13 +25,27 @@ const csv = (plot) => {
   }
   return new Blob([`${lines.join("\n")}\n`], { type: "text/csv" });
 };
+// The picture with its title and what its colours are.
 const png = (plot) => new Promise((done) => {
-  const { canvas } = plot.ctx, copy = Object.assign(document.createElement("canvas"), canvas);
-  [copy.width, copy.height] = [canvas.width, canvas.height];
-  const context = copy.getContext("2d");
-  context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--panel");
+  const { canvas } = plot.ctx, { title, traces, curves } = plot.figure, r = devicePixelRatio, head = 42 * r;
+  const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`);
+  const copy = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height + head });
+  const context = copy.getContext("2d"), font = `${12 * r}px system-ui, sans-serif`;
+  context.fillStyle = colour("panel");
   context.fillRect(0, 0, copy.width, copy.height);
-  context.drawImage(canvas, 0, 0);
+  context.drawImage(canvas, 0, head);
+  context.fillStyle = colour("ink");
+  context.font = `600 ${font}`;
+  context.fillText(title, 8 * r, 17 * r);
+  context.font = font;
+  let x = 8 * r;
+  for (const { label, role } of traces ?? curves) {
+    context.fillStyle = colour(role);
+    context.fillRect(x, 30 * r, 14 * r, 3 * r);
+    context.fillStyle = colour("quiet");
+    context.fillText(label, x + 18 * r, 36 * r);
+    x += 32 * r + context.measureText(label).width;
+  }
   copy.toBlob(done);
 });
 

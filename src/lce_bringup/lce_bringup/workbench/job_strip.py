@@ -40,10 +40,12 @@ class JobStrip:
             return
         ended = "was stopped; what was recorded is among the runs" if job.gentle else "was cancelled"
         self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} {ended}"
-        if not self._bench.working or not job.seen:
+        if not self._bench.working:
             return
         if job is not self._job:
             self._begin(job)
+        if not job.seen:
+            return
         new = [p for p in job.seen[self._drawn :] if math.isfinite(p.rms)]
         self._drawn = len(job.seen)
         if new:
@@ -56,6 +58,7 @@ class JobStrip:
     def _begin(self, job: Job) -> None:
         """A figure for the number that the job tells, if it tells one."""
         self._job, self._drawn = job, 0
+        self._told.text, self._bar.value = f"{job.name}: starting", 0.0
         self._course.clear()
         if not job.gentle:
             with self._course:
