@@ -224,9 +224,9 @@ def table(results: list[dict[str, Any]]) -> str:
 
 HEAD = """# Hidden effects
 
-Written by `make hidden`: strips of `test/hidden/strip.py`, which shares no code with the product, each with something
-hidden; the model that is diagnosed is `lumped` + `equilibrium`. The misfit is what the fitted model leaves beyond the
-sensor noise, as √(rms² - noise²)/noise of the worse sensor.
+Written by `make hidden HIDDEN="--seeds {seeds}"`: strips of `test/hidden/strip.py`, which shares no code with the product,
+each with something hidden; the model that is diagnosed is `lumped` + `equilibrium`. The misfit is what the fitted model
+leaves beyond the sensor noise, as √(rms² - noise²)/noise of the worse sensor.
 """
 
 
@@ -252,7 +252,7 @@ def main() -> int:
                 log.flush()
             bar.update()
     names = {c.name for c in chosen}
-    text = f"{HEAD}\n{table([r for r in done if r['case'] in names])}\n"
+    text = f"{HEAD.format(seeds=args.seeds)}\n{table([r for r in done if r['case'] in names])}\n"
     print(text)
     if args.out:
         args.out.write_text(text, encoding="utf-8")
