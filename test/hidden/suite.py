@@ -224,9 +224,9 @@ def table(results: list[dict[str, Any]]) -> str:
 
 HEAD = """# Hidden effects
 
-Written by `make hidden HIDDEN="--seeds {seeds}"`: strips of `test/hidden/strip.py`, which shares no code with the product,
-each with something hidden; the model that is diagnosed is `lumped` + `equilibrium`. The misfit is what the fitted model
-leaves beyond the sensor noise, as √(rms² - noise²)/noise of the worse sensor.
+Written by `make hidden HIDDEN="--seeds {seeds}"`: strips of `test/hidden/strip.py`, which shares no code with the
+product, each with something hidden; the model that is diagnosed is `lumped` + `equilibrium`. The misfit is what the
+fitted model leaves beyond the sensor noise, as √(rms² - noise²)/noise of the worse sensor.
 """
 
 
