@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`lce workbench` in Chromium: how long a user waits, and the memory of a live view."""
 
+import os
 import re
 import shutil
 import socket
@@ -31,6 +32,7 @@ def measure(live_s: float) -> list[str]:
     """A campaign of ten runs, one long run, and a live view."""
     if CHROMIUM is None:
         return ["## `lce workbench`", "", "Not measured: no Chromium on this machine."]
+    load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu", "--disable-quic"]
@@ -40,7 +42,8 @@ def measure(live_s: float) -> list[str]:
         rows += _live(page, Path(place) / "live", live_s)
         browser.close()
     table = ["| | measured | bar |", "|---|---|---|", *(f"| {a} | {b} | {c} |" for a, b, c in rows)]
-    return ["## `lce workbench`, headless Chromium, server and browser on the same two cores", "", *table]
+    title = "## `lce workbench`, headless Chromium, server and browser on the same two cores"
+    return [title, "", f"Others ran too: load average {load:.1f} before it began.", "", *table]
 
 
 Rows = list[tuple[str, str, str]]

@@ -49,6 +49,8 @@ class Live(BenchNode):
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         for status in message.status:
+            if status.name == self.get_fully_qualified_name():
+                continue
             self._conditions[status.name] = (status.level[0], status.message)
 
     def _hand_over(self) -> None:
