@@ -227,7 +227,9 @@ def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
         "## Data of the chapter 5 model itself", "",
         "The published model (5.10) with sensor noise as the truth, fitted to pulses alone.", "", *table(published),
         "## Minor loops", "",
-        "An unseen run of minor loops, T → d (fitted to pulses, a staircase and other minor loops).", "",
+        "An unseen run of minor loops, T → d (fitted to pulses, a staircase and other minor loops). The dissertation's "
+        "models jump where the temperature turns. The kinetic one does not, but its domains have one width of loop, "
+        "where the strip's have [many](kinetic.md#what-it-leaves-out).", "",
         "![Loops d over T, measured and modelled](comparison.svg)", "",
     ]  # fmt: skip
     return "\n".join(text), pictures(driven, c5["loops-2"])
