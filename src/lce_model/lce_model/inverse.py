@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from lce_model.errors import LceError
 from lce_model.model import Floats, Model
-from lce_model.simulate import simulate
+from lce_model.simulation import simulate
 
 COLDEST_K, HOTTEST_K, STEP_K = 290.0, 400.0, 0.025
 
