@@ -17,8 +17,6 @@ from lce_control.time_optimal import bang_bang
 from lce_model import load_model, save_model
 from lce_model.inverse import OutOfReach
 
-pytestmark = pytest.mark.alone
-
 KEYS = {
     "target_m",
     "rise_time_s",
@@ -69,6 +67,7 @@ def test_figures_and_pictures(mode: str, tmp_path: Path, capfd: pytest.CaptureFi
     assert told["targets"][0]["limit_rise_time_s"] == pytest.approx(limit_s)
 
 
+@pytest.mark.alone
 def test_in_real_time_the_nodes_are_processes_and_the_end_is_dark(tmp_path: Path) -> None:
     done = lce(
         "control", "1.5", "--hold", "3", "--seed", "2", "--out", str(tmp_path / "bag"), "--set", "lumped.gain=60"
