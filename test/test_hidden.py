@@ -49,11 +49,13 @@ def test_everything_hidden_changes_what_is_measured(name: str) -> None:
 
 @pytest.mark.timeout(300)  # twenty seconds on a machine to itself
 @pytest.mark.parametrize(
-    ("hidden", "verdict"),
-    [((), "adequate"), (("laser_droop",), "missing")],
+    ("hidden", "seed", "verdict"),
+    [((), 0, "adequate"), (("laser_droop",), 0, "missing"), (("laser_hops",), 2, "unexplained")],
 )
-def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(hidden: tuple[str, ...], verdict: str) -> None:
-    result = judge(Case(hidden, "clear", 0))
+def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
+    hidden: tuple[str, ...], seed: int, verdict: str
+) -> None:
+    result = judge(Case(hidden, "clear", seed))
     assert result["verdict"] == verdict
     if verdict == "missing":
         assert result["added"][0] == hidden[0]

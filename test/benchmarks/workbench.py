@@ -43,7 +43,7 @@ def measure(live_s: float) -> list[str]:
         browser.close()
     table = ["| | measured | bar |", "|---|---|---|", *(f"| {a} | {b} | {c} |" for a, b, c in rows)]
     title = "## `lce workbench`, headless Chromium, server and browser on the same two cores"
-    return [title, "", f"Others ran too: load average {load:.1f} before it began.", "", *table]
+    return [title, "", f"Load average before it began: {load:.1f}.", "", *table]
 
 
 Rows = list[tuple[str, str, str]]

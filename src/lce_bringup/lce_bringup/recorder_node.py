@@ -4,7 +4,7 @@
 Subscribes  every topic of parameter `topics`, raw
 Parameters  out             folder of the recording; must not exist; empty: runs/DATE-TIME
             topics          names, relative or absolute; "name pkg/msg/Type" for one the bench does not know
-            after           topics that must be heard, for a second, before it listens to laser/power_command: a
+            after           topics that must have come before it listens to laser/power_command, a second later: a
                             player that waits for the recorder then waits until everything arrives
             flush_period_s  s, how often messages go to the operating system: what a kill -9 can cost
             experiment      JSON object, the beginning of experiment.yaml beside the bag

@@ -50,7 +50,6 @@ def main(args: argparse.Namespace) -> int:
     from lce_bringup.graph import default_strip, laser_limit_w
     from lce_bringup.positioning_plan import SimulatedBench
     from lce_bringup.progress import FitBar
-    from lce_bringup.tuning_bench import as_yaml
     from lce_bringup.tuning_page import HEAD, page, rows
     from lce_control.requirements import Requirements
     from lce_control.tuning_tasks import ModelBench, tune
@@ -60,15 +59,9 @@ def main(args: argparse.Namespace) -> int:
     wanted = Requirements(args.rise, args.settling, args.overshoot, args.undershoot)
     model_file = args.model or default_strip()
     bench = ModelBench.of(load_model(model_file), laser_limit_w())
-
-    def write(found: Sequence[Tuned]) -> None:
-        _, double, single = found
-        told = f"# Written by lce tune for the strip of {model_file.name}.\n"
-        write_atomically(args.out, told + as_yaml({**double.parameters, **single.parameters}))
-
     with FitBar("ITAE {:.3%}") as bar:
         found = tune(bench, wanted, bar, args.seed)
-        write(found)
+        _write(args.out, found, model_file)
         if args.bench is not None:
             strip_file = None if args.bench == Path() else args.bench
             experiment = SimulatedBench(model_file, strip_file=strip_file)
@@ -76,7 +69,7 @@ def main(args: argparse.Namespace) -> int:
                 found = _refined(experiment, args.experiments, bench, found, wanted, bar)
             except LceError as e:
                 raise LceError(f"{e}. The gains in {args.out} are those found on the model") from e
-            write(found)
+            _write(args.out, found, model_file)
     table = [HEAD, *rows(found)]
     widths = [max(len(row[i]) for row in table) for i in range(len(HEAD))]
     print("\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, widths, strict=True)) for row in table))
@@ -86,6 +79,15 @@ def main(args: argparse.Namespace) -> int:
         if path:
             print(path)
     return 0
+
+
+def _write(out: Path, found: Sequence[Tuned], model_file: Path) -> None:
+    from lce_bringup.tuning_bench import as_yaml
+    from lce_model.model_file import write_atomically
+
+    _, double, single = found
+    told = f"# Written by lce tune for the strip of {model_file.name}.\n"
+    write_atomically(out, told + as_yaml({**double.parameters, **single.parameters}))
 
 
 def _refined(

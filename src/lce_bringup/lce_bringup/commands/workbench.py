@@ -10,6 +10,8 @@ import socket
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lce_model.errors import LceError
+
 if TYPE_CHECKING:
     from lce_bringup.workbench.session import Role
 
@@ -52,8 +54,6 @@ def main(args: argparse.Namespace) -> int:
     print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
     server.serve(args.host, args.port, token)
     if bench.trouble:
-        from lce_model.errors import LceError
-
         raise LceError(bench.trouble)
     return 0
 
@@ -75,8 +75,6 @@ def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
 def _check_there(path: Path) -> None:
     """Raise LceError where there is no such file or folder."""
     if not path.exists():
-        from lce_model.errors import LceError
-
         raise LceError(f"{path}: no such file or folder")
 
 
@@ -86,6 +84,4 @@ def _check_free(host: str, port: int) -> None:
         with socket.create_server((host, port)):
             pass
     except (OSError, OverflowError) as error:
-        from lce_model.errors import LceError
-
         raise LceError(f"{host}:{port}: {error}; --port and --host choose another") from None

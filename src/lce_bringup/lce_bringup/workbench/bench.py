@@ -16,6 +16,7 @@ from lce_bringup.workbench import session as sessions
 from lce_bringup.workbench.jobs import Job, Work
 from lce_bringup.workbench.live import Ear
 from lce_bringup.workbench.session import Role, Session
+from lce_model.errors import LceError
 
 if TYPE_CHECKING:
     from lce_analysis.compare import Comparison
@@ -138,7 +139,7 @@ class Workbench:
 
     def keep(self, model: Model, how: str) -> None:
         """Append a model to the history; LceError while a job writes one."""
-        from lce_model import LceError, save_model
+        from lce_model import save_model
 
         if self.working:
             raise LceError("a job is under way; wait for it, or cancel it")
@@ -212,8 +213,6 @@ class Workbench:
     ) -> None:
         """Begin a job; ``then`` is called when it is done. LceError where one is under way."""
         if self.job is not None and self.working:
-            from lce_model.errors import LceError
-
             raise LceError(f"{self.job.name} is under way; one at a time")
         self.session.make_place()
         self.job, self._then = Job(name, work, arguments, measure, gentle), then
@@ -271,7 +270,6 @@ class Workbench:
 def _read(path: Path, name: str, folder: Path) -> Entry:
     """The run of a file, named after its place in the folder: two runs may have one name, in two folders."""
     from lce_analysis.experiment import read_run
-    from lce_model.errors import LceError
 
     try:
         return Entry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
@@ -285,6 +283,4 @@ def _json(file: Path, keys: Collection[str]) -> dict[str, Any]:
         content = json.loads(file.read_text(encoding="utf-8"))
         if isinstance(content, dict) and set(keys) <= set(content):
             return content
-    from lce_model.errors import LceError
-
     raise LceError(f"{file}: not what the workbench wrote; delete it, and begin that job again")

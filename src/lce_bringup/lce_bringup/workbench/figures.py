@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 from nicegui import app, ui
 
+from lce_model.errors import LceError
+
 if TYPE_CHECKING:
     from lce_analysis.experiment import Floats
     from lce_analysis.report import Block
@@ -43,7 +45,6 @@ def packed(key: str) -> bytes | None:
     if key not in _shown:
         return None
     from lce_analysis.report import Fragment, Samples
-    from lce_model.errors import LceError
 
     numbers = Samples()
     page = Fragment(numbers)

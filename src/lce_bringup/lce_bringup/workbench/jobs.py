@@ -14,6 +14,9 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import Any, Final, Literal, NoReturn
 
+from lce_bringup.processes import end_with_parent
+from lce_model.errors import LceError
+
 State = Literal["running", "done", "failed", "cancelled"]
 PERIOD_S: Final = 0.1
 """A job tells of its progress so often."""
@@ -113,9 +116,6 @@ class Job:
 
 def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
     """In the process of the job. It ends in order when it is interrupted, or when the server is gone."""
-    from lce_bringup.processes import end_with_parent
-    from lce_model.errors import LceError
-
     end_with_parent()
     signal.signal(signal.SIGINT, _interrupted_once)
     signal.signal(signal.SIGHUP, _interrupted_once)

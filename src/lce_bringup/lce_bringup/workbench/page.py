@@ -15,6 +15,7 @@ from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.figures import HEAD
 from lce_bringup.workbench.job_strip import JobStrip
 from lce_bringup.workbench.memory import keep_tabs
+from lce_model.errors import LceError
 
 PERIOD_S: Final = 0.1
 TABS: Final = {
@@ -84,7 +85,6 @@ class Page:
             self._bench.stop()
 
     def _fill(self) -> None:
-        from lce_model.errors import LceError
 
         for name, panel in self._panels.items():
             if name in self._follow or not (self._bench.ready or name == FIRST):

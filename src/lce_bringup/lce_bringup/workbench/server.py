@@ -19,6 +19,7 @@ from lce_bringup.workbench.bench import Workbench
 from lce_bringup.workbench.guard import Guard
 from lce_bringup.workbench.page import TABS, Page
 from lce_bringup.workbench.session import Role
+from lce_model.errors import LceError
 
 TEND_S: Final = 0.05
 PATIENCE_S: Final = 4.0
@@ -55,12 +56,11 @@ async def begin(bench: Workbench, chosen: Mapping[str, Role] | None, model: Path
     """Load all, once the first page is there; end the server where the model that it should begin with is none."""
     with suppress(TimeoutError):
         await asyncio.wait_for(seen.wait(), PATIENCE_S)
-    errors = await asyncio.to_thread(importlib.import_module, "lce_model.errors")
     try:
         if model is not None:
             await asyncio.to_thread(bench.begin_with, model)
         await load(bench, chosen)
-    except errors.LceError as error:
+    except LceError as error:
         bench.trouble = str(error)
         app.shutdown()
 

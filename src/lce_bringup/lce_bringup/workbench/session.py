@@ -13,6 +13,8 @@ from typing import Any, Final, Literal, get_args
 
 import yaml
 
+from lce_model.errors import LceError
+
 Role = Literal["train", "test", "off"]
 NAME: Final = "workbench"
 FORMAT: Final = "lce-workbench-1"
@@ -57,8 +59,6 @@ class Session:
         for entry in self.models:
             if entry.number == number:
                 return entry
-        from lce_model.errors import LceError
-
         raise LceError(f"{self.place}: there is no model {number}")
 
     def names(self, role: Role) -> tuple[str, ...]:
@@ -86,8 +86,6 @@ class Session:
         """The model that the current one came from is current again; LceError where it came from none."""
         parent = self.kept(self.current).parent if self.current is not None else None
         if parent is None:
-            from lce_model.errors import LceError
-
             raise LceError("nothing to undo: the model came from no other")
         return self.with_current(parent)
 
@@ -96,8 +94,6 @@ class Session:
         try:
             self.place.mkdir(exist_ok=True)
         except OSError as error:
-            from lce_model.errors import LceError
-
             raise LceError(f"{self.place}: cannot be made ({error.strerror})") from None
 
     def save(self) -> None:
@@ -129,8 +125,6 @@ def load(folder: Path) -> Session:
             found.kept(found.current)
         return found
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
-        from lce_model.errors import LceError
-
         raise LceError(f"{file}: no session of the workbench; move it away to begin anew") from None
 
 
