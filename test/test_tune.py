@@ -47,7 +47,7 @@ def test_on_the_bench_the_running_nodes_are_what_is_judged(
 ) -> None:
     """A strip that heats a tenth less: one experiment tells what the gains of the model do there."""
     monkeypatch.setattr(tuning_tasks, "LONGEST_S", 10.0)
-    strip, words = tmp_path / "strip.yaml", ["tune", "--overshoot", "0.3", "--undershoot", "0.3"]
+    strip, words = tmp_path / "strip.yaml", ["tune", "--overshoot", "0.3", "--undershoot", "0.3", "--shake", "0.1"]
     save_model(load_model(default_strip()).set({"lumped.gain": 66.0}), strip)
     assert cli.main([*words, "--out", str(tmp_path / "model.yaml")]) == 0
     _, inner, double, single, *_ = capsys.readouterr().out.splitlines()
@@ -66,4 +66,4 @@ def test_requirements_that_cannot_be_met_are_one_line_and_nothing_is_written(
     assert cli.main(["tune", "--out", str(tmp_path / "gains.yaml"), "--rise", "0.5"]) == 1
     errors = capsys.readouterr().err
     assert "inner: no gains found that meet the requirements; the best have" in errors
-    assert "rise_s 3.95 instead of 0.5" in errors and list(tmp_path.iterdir()) == []
+    assert "rise_s 3.89 instead of 0.5" in errors and list(tmp_path.iterdir()) == []

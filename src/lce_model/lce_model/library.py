@@ -9,7 +9,7 @@ from lce_model.deformation.dynamic import DYNAMIC
 from lce_model.deformation.equilibrium import EQUILIBRIUM
 from lce_model.deformation.kinetic import KINETIC
 from lce_model.deformation.prandtl_ishlinskii import PRANDTL_ISHLINSKII
-from lce_model.deformation.stretch import STRETCH, STRIP
+from lce_model.deformation.stretch import NETWORK, STRETCH, STRIP
 from lce_model.effects import find
 from lce_model.errors import LceError
 from lce_model.surroundings import AMBIENT
@@ -28,7 +28,7 @@ DEFORMATION: Final[dict[str, tuple[Term, ...]]] = {
     "none": (),
     "equilibrium": (BRANCH, EQUILIBRIUM, STRETCH, STRIP),
     "dynamic": (BRANCH, DYNAMIC, STRETCH, STRIP),
-    "kinetic": (BRANCH, KINETIC, STRETCH, STRIP),
+    "kinetic": (BRANCH, KINETIC, NETWORK, STRIP),
     "prandtl_ishlinskii": (BRANCH, PRANDTL_ISHLINSKII, STRIP),
     "bouc_wen": (BRANCH, BOUC_WEN, STRIP),
 }

@@ -32,6 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--settling", type=float, default=math.inf, metavar="S", help="slowest settling within 2 %%; default: any"
     )
     parser.add_argument(
+        "--shake", type=float, default=0.05, metavar="W", help="most that noise may shake the power, RMS (0.05 W)"
+    )
+    parser.add_argument(
         "--bench",
         type=Path,
         nargs="?",
@@ -56,7 +59,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_model import LceError, load_model
     from lce_model.model_file import write_atomically
 
-    wanted = Requirements(args.rise, args.settling, args.overshoot, args.undershoot)
+    wanted = Requirements(args.rise, args.settling, args.overshoot, args.undershoot, args.shake)
     model_file = args.model or default_strip()
     bench = ModelBench.of(load_model(model_file), laser_limit_w())
     with FitBar("ITAE {:.3%}") as bar:

@@ -7,12 +7,14 @@ and the widths of (4.12) as corrected, a1 = a3:
 
     dx/dt = ν [(1 - x) w13 - x w31],   w13 = (y3 - y2)² e^(-n_c ΔE21/kT),   w31 = y2² e^(-n_c ΔE23/kT)
 
-Of A0, B, C and n_c only two combinations enter, T1 - T* and the barrier ε = n_c ΔE(T_c)/kT at the coexistence
-temperature T_c. With s = √((T1 - T)/(T1 - T*)) and y = Q·2C/B (docs/kinetic.md):
+Domains differ in the middle and in the width of their loop, and in how warm their part of the strip is. Those of one
+width and one place turn one after the other, nematic above a *front* p of their T_c and isotropic below it, and the
+equation of x becomes one of the front (docs/kinetic.md), with the slopes of the barriers at T_c and u = T - p:
 
-    y2 = 1 - s,   y3 = 1 + s,   n_c ΔE23/kT = 27 ε s³,   n_c ΔE21/kT = 27/16 ε (1 - s)³ (1 + 3s)
+    dp/dt = κ w (1 - e^(-u/κ)),   w = e^((u - h)/κ + γ)/s,   κ = 2 (T1 - T*)/(27 ε)     where u > 0
+    the same with 3κ, 3h and the other sign                                           where u < 0
 
-The domains differ in T_c; a fixed number of them, of equal share, stands for all. Nothing depends on the direction.
+which is solved in closed form over a ramp of T. Nothing depends on the direction.
 """
 
 import math
@@ -26,20 +28,36 @@ from lce_model.terms import Parameter, Term
 
 Floats = NDArray[np.float64]
 
-DOMAINS = 48
-_WIDER = 1.6
-_NODES = np.array([NormalDist(0.0, _WIDER).inv_cdf((i + 0.5) / DOMAINS) for i in range(DOMAINS)])
-_PARTS = np.exp(-0.5 * _NODES**2 * (1.0 - 1.0 / _WIDER**2))
-_SHARES = _PARTS / _PARTS.sum()
-"""Normal deviates of the domains, and their shares. Domains of equal share would be so far apart in the tails that
-each shows as a step of the displacement."""
-_STEP_K = 0.25
-"""A larger change of the temperature is walked in pieces of this size at most."""
+WIDTHS, PLACES = 8, 5
+FRONTS = WIDTHS * PLACES
+COOLING = 3.0
+"""The barrier of the isotropic well grows with T - T_c a third as fast as that of the nematic one falls."""
+_GAMMA = 0.5772156649
+"""Euler's constant: where half of the domains have turned is not where the mean of them has."""
+_REST_S = 3600.0
+"""How long a strip has been at rest before it starts, cooled from above."""
+_FOLDS = 60.0
+"""A front gives way at the latest where it turns e^60 times a second."""
+
+
+def _fronts() -> tuple[Floats, Floats, Floats]:
+    """Of every front: normal deviate of ln h, distance from the clamp in lengths of the strip, share of the strip.
+
+    The widths have equal shares; the places are denser towards the clamp, where the temperature changes.
+    """
+    deviates = np.array([NormalDist().inv_cdf((i + 0.5) / WIDTHS) for i in range(WIDTHS)])
+    roots, weights = np.polynomial.legendre.leggauss(PLACES)
+    roots = 0.5 + 0.5 * roots
+    shares = np.repeat(weights * roots, WIDTHS)
+    return np.tile(deviates / np.std(deviates), PLACES), np.repeat(roots**2, WIDTHS), shares / shares.sum()
+
+
+_DEVIATES, _DISTANCES, _SHARES = _fronts()
 
 
 @register_jitable
 def _boltzmann(a: float) -> float:
-    """e^-a for a ≥ 0, to 1e-3 below a = 80; unlike exp, the compiler makes vector instructions of it."""
+    """e^-a for a > -60, to 1e-3 up to 80 and to 3e-2 down to -60; unlike exp, it becomes vector instructions."""
     a *= 1.0 / 256.0
     r = 1.0 / (1.0 + a * (1.0 + a * (0.5 + a * (1.0 / 6.0))))
     r *= r
@@ -53,106 +71,130 @@ def _boltzmann(a: float) -> float:
 
 
 @register_jitable
-def _rates(s: float, barrier: float) -> tuple[float, float]:
-    """(w13, w31) at the distance ``s`` below T1: 0 above T1, over 1 below T*, where the isotropic well is gone."""
-    y2 = max(1.0 - s, 0.0)
-    gap = 1.0 + s - y2
-    w13 = gap * gap * _boltzmann(27.0 / 16.0 * barrier * y2 * y2 * y2 * (1.0 + 3.0 * s))
-    return w13, y2 * y2 * _boltzmann(27.0 * barrier * s * s * s)
+def _above(z: float) -> tuple[float, float]:
+    """The share of a normal distribution above ``z``, and its mean; Abramowitz & Stegun 7.1.26, to 1e-5."""
+    far = abs(z)
+    t = 1.0 / (1.0 + 0.23164189 * far)
+    p = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))))
+    density = _boltzmann(min(0.5 * far * far, 300.0))
+    tail = 0.5 * p * density
+    if z > 0.0:
+        return tail, 0.7978845608 / p
+    return 1.0 - tail, 0.3989422804 * density / (1.0 - tail)
+
+
+@register_jitable(fastmath={"reassoc", "nsz"})
+def _nematic(
+    front: Floats, centre: Floats, warmth: Floats, excess: float, spread: float, span: float
+) -> tuple[float, float]:
+    """(Σ x y3, Σ y3), y3 of the nematic domains of each front; all temperatures in K above ``t_ref``."""
+    nematic = possible = 0.0
+    for i in range(FRONTS):
+        x, mean = _above((front[i] - centre[i]) / spread)
+        s2 = (centre[i] + spread * mean - warmth[i] * excess) / span + 1.0 / 9.0
+        y3 = _SHARES[i] * (1.0 + math.sqrt(max(s2, 0.0)))
+        nematic += x * y3
+        possible += y3
+    return nematic, possible
 
 
 @register_jitable
-def _settled(s: float, barrier: float) -> float:
-    """x of a domain that was left at rest: detailed balance, (4.10)."""
-    if s <= 0.0 or s >= 1.0:
-        return 0.0 if s <= 0.0 else 1.0
-    lift = barrier * (27.0 / 16.0 * (1.0 - s) ** 3 * (1.0 + 3.0 * s) - 27.0 * s**3)
-    width = (1.0 - s) / (2.0 * s)
-    return 1.0 / (1.0 + width * width * math.exp(min(max(lift, -700.0), 700.0)))
+def _turn(
+    front: Floats, warmth: Floats, folds: Floats, at_rest: Floats, excess: float, change: float, dt: float, fold: float
+) -> None:
+    """Move the fronts along a ramp of the temperature, by ``change`` to ``excess``; all in K above ``t_ref``.
+
+    e^(-u/κ) obeys a linear equation. ``folds`` is h/κ - γ, ``at_rest`` w(0) in 1/s, ``fold`` κ. Free of branches, so
+    that several fronts go at once.
+    """
+    for i in range(FRONTS):
+        u = (warmth[i] * excess - front[i]) / fold
+        side = 1.0 if u >= 0.0 else -1.0 / COOLING
+        ahead = u * side
+        waited = dt * at_rest[i]
+        along = max(waited + warmth[i] * change / fold * side, -_FOLDS)
+        mean = 1.0 - 0.5 * along if abs(along) < 1e-5 else (1.0 - _boltzmann(along)) / along
+        gain = dt * _boltzmann(max(folds[i] - ahead, -_FOLDS)) * mean + _boltzmann(waited) - 1.0
+        # ln(1 + gain), by its 16th root.
+        root = math.sqrt(math.sqrt(math.sqrt(math.sqrt(1.0 + gain))))
+        t = (root - 1.0) / (root + 1.0)
+        moved = 32.0 * t * (1.0 + t * t * (1 / 3 + t * t * (1 / 5 + t * t * (1 / 7))))
+        front[i] += max(moved, ahead - folds[i] - _FOLDS) * fold / side
 
 
 @register_jitable
-def _clearing(z: float, t_c: float, span: float, spread: float, tail: float) -> float:
-    """T1 of the domain at the normal deviate ``z``: T_c by Tukey's h distribution, and span/9 above it."""
-    return t_c + spread * z * math.exp(0.5 * tail * z * z) + span / 9.0
+def _settle(front: Floats, warmth: Floats, at_rest: Floats, excess: float, fold: float) -> None:
+    """The fronts in a strip that came from above and has been at rest since."""
+    for i in range(FRONTS):
+        reached = -math.expm1(-_REST_S * at_rest[i])
+        front[i] = warmth[i] * excess - COOLING * fold * math.log(max(reached, 1e-290))
+
+
+@register_jitable
+def _fold(span: float, barrier: float) -> float:
+    """κ [K]: the rate on heating grows e-fold over it."""
+    return 2.0 / 27.0 * span / barrier
 
 
 def start(
     order_temperature: float,
     transition_spread: float,
-    x: Floats,
-    top: Floats,
-    w13: Floats,
-    w31: Floats,
+    front: Floats,
+    centre: Floats,
+    warmth: Floats,
+    folds: Floats,
+    at_rest: Floats,
     t_c: float,
     half_width: float,
     span: float,
     barrier: float,
     spread: float,
-    tail: float,
+    width_spread: float,
+    cold_end: float,
     t_ref: float,
 ) -> tuple[float, float, float, float, float, float]:
-    """Left at rest for long: every domain in equilibrium. ``top`` is T1 of the domains, in spans."""
-    reference = nematic = possible = 0.0
+    """Cooled from above, and at rest since. ``centre`` is the mean T_c of the domains of each front."""
     spread = math.hypot(spread, transition_spread)
-    for i in range(x.size):
-        clearing = _clearing(_NODES[i], t_c, span, spread, tail)
-        s = math.sqrt(max((clearing - t_ref) / span, 0.0))
-        reference += _SHARES[i] * _settled(s, barrier) * (1.0 + s)
-        top[i] = clearing / span
-        s = math.sqrt(max(top[i] - order_temperature / span, 0.0))
-        w13[i], w31[i] = _rates(s, barrier)
-        x[i] = _settled(s, barrier)
-        nematic += _SHARES[i] * x[i] * (1.0 + s)
-        possible += _SHARES[i] * (1.0 + s)
-    # The attempt rate at which w31 is 1/s where it is to be.
-    turning = _rates(math.sqrt(max(1.0 / 9.0 - half_width / span, 0.0)), barrier)[1]
+    fold = _fold(span, barrier)
+    mean = 0.0
+    for i in range(FRONTS):
+        width = half_width * math.exp(width_spread * _DEVIATES[i])
+        centre[i] = t_c - t_ref + width - half_width
+        folds[i] = min(width / fold - _GAMMA, 600.0)
+        at_rest[i] = math.exp(-folds[i])
+        warmth[i] = -math.expm1(-_DISTANCES[i] / max(cold_end, 1e-6))
+        mean += _SHARES[i] * warmth[i]
+    for i in range(FRONTS):
+        warmth[i] /= mean
+    _settle(front, warmth, at_rest, 0.0, fold)
+    reference = _nematic(front, centre, warmth, 0.0, spread, span)[0]
+    excess = order_temperature - t_ref
+    _settle(front, warmth, at_rest, excess, fold)
+    nematic, possible = _nematic(front, centre, warmth, excess, spread, span)
     reference = max(reference, 1e-6 * possible)
-    return order_temperature, 1.0 / turning, reference, nematic / possible, possible / reference, 1.0
-
-
-@register_jitable(fastmath={"reassoc", "contract", "nsz"})
-def _turn(
-    x: Floats, top: Floats, w13: Floats, w31: Floats, reduced: float, wait: float, barrier: float
-) -> tuple[float, float]:
-    """Move the domains to the temperature ``reduced`` [spans]; (Σ x y3, Σ y3). ``wait`` is half the time, in 1/ν.
-
-    Exact for rates that are constant over the piece; the mean of those at its ends stands for them. Free of branches,
-    so that several domains go at once.
-    """
-    nematic = possible = 0.0
-    for i in range(x.size):
-        s = math.sqrt(max(top[i] - reduced, 0.0))
-        f, r = _rates(s, barrier)
-        forth, both = w13[i] + f, w13[i] + f + w31[i] + r
-        w13[i], w31[i] = f, r
-        x[i] += (forth / (both + 1e-300) - x[i]) * (1.0 - _boltzmann(wait * both))
-        nematic += _SHARES[i] * x[i] * (1.0 + s)
-        possible += _SHARES[i] * (1.0 + s)
-    return nematic, possible
+    return order_temperature, spread, reference, nematic / possible, possible / reference, 1.0
 
 
 def step(
     order_temperature: float,
     dt: float,
-    x: Floats,
-    top: Floats,
-    w13: Floats,
-    w31: Floats,
+    front: Floats,
+    centre: Floats,
+    warmth: Floats,
+    folds: Floats,
+    at_rest: Floats,
     before: float,
-    rate: float,
+    whole_spread: float,
     reference: float,
     span: float,
     barrier: float,
+    t_ref: float,
 ) -> tuple[float, float, float, float, float, float]:
     """x and Q3, both over all domains, in units of the order at rest at ``t_ref``."""
-    pieces = 1 + int(abs(order_temperature - before) / _STEP_K)
-    wait = 0.5 * rate * dt / pieces
-    nematic = possible = 1.0
-    for j in range(1, pieces + 1):
-        reduced = (before + (order_temperature - before) * j / pieces) / span
-        nematic, possible = _turn(x, top, w13, w31, reduced, wait, barrier)
-    return order_temperature, rate, reference, nematic / possible, possible / reference, 1.0
+    excess = order_temperature - t_ref
+    _turn(front, warmth, folds, at_rest, excess, order_temperature - before, dt, _fold(span, barrier))
+    nematic, possible = _nematic(front, centre, warmth, excess, whole_spread, span)
+    return order_temperature, whole_spread, reference, nematic / possible, possible / reference, 1.0
 
 
 _SOURCE = "plausible: a loop between those of (4.22) and (5.10)"
@@ -164,16 +206,17 @@ KINETIC = Term(
     parameters=(
         Parameter("t_c", "K", 325.0, 250.0, 450.0, "coexistence temperature T3 of the median domain", _SOURCE),
         Parameter(
-            "half_width", "K", 6.0, 0.05, 40.0, "how far above t_c a nematic domain turns at 1/s", _SOURCE, "log"
+            "half_width", "K", 4.0, 0.05, 40.0, "how far above t_c the median domain turns at 1/s", _SOURCE, "log"
         ),
         Parameter("span", "K", 120.0, 5.0, 1000.0, "range of two wells, T1 - T*", _SOURCE, "log"),
-        Parameter("barrier", "1", 12.0, 0.5, 300.0, "barrier n_c ΔE/kT at t_c", _SOURCE, "log"),
-        Parameter("spread", "K", 6.0, 0.1, 40.0, "spread of t_c over the domains", _SOURCE, "log"),
-        Parameter("tail", "1", 0.1, 0.0, 0.6, "weight of its tails, Tukey's h; 0 is the normal distribution", _SOURCE),
+        Parameter("barrier", "1", 18.0, 0.5, 2000.0, "barrier n_c ΔE/kT at t_c", _SOURCE, "log"),
+        Parameter("spread", "K", 6.0, 0.1, 40.0, "spread of the middles of the domains' loops", _SOURCE, "log"),
+        Parameter("width_spread", "1", 0.4, 0.0, 1.0, "spread of the logarithm of their half_width", _SOURCE),
+        Parameter("cold_end", "1", 0.05, 0.0, 0.5, "length that the clamp cools, in that of the strip", "√(k t/2h)/L"),
         Parameter("t_ref", "K", 301.15, 250.0, 400.0, "temperature at which λ = 1 at rest", _SOURCE),
     ),
-    states=("before", "rate", "reference"),
-    arrays=(("x", DOMAINS), ("top", DOMAINS), ("w13", DOMAINS), ("w31", DOMAINS)),
+    states=("before", "whole_spread", "reference"),
+    arrays=(("front", FRONTS), ("centre", FRONTS), ("warmth", FRONTS), ("folds", FRONTS), ("at_rest", FRONTS)),
     outputs=("fraction", "well_order", "reference_order"),
     start=start,
     step=step,
