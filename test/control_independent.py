@@ -39,7 +39,7 @@ def identified(specimen: Specimen) -> Model:
     """The kinetic model fitted to four recordings."""
     with TemporaryDirectory() as folder:
         runs = campaign("known", specimen.strip, specimen.amplitude_w, (16.0,), Path(folder))
-        start = default_model("lumped", "kinetic", ("natural_convection",))
+        start = default_model("lumped", "kinetic", ("natural_convection", "phase_kinetics"))
         return replace(fit(start, [runs[name] for name in TRAINING]).model, fit={})  # its record does not pickle
 
 

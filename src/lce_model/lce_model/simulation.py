@@ -112,9 +112,16 @@ class Stepper:
         self._state[SIGNAL_INDEX["temperature"]] = temperature_k
 
     def become(self, model: Model) -> None:
-        """Go on, from the present state, with the parameters of a model of the same terms: a disturbance."""
+        """Go on, from the present state, with the parameters of a model of the same terms: a disturbance.
+
+        Terms with arrays for a state have filled them from their parameters, which are therefore to stay.
+        """
         if model.terms != self._model.terms:
             raise LceError("a strip can take on other parameters, not other terms")
+        laid = {t.name for t in model.terms if t.arrays}
+        for old, new in zip(self._model.values, model.values, strict=True):
+            if old.term in laid and old.value != new.value:
+                raise LceError(f"{old.key}: cannot change while the strip goes on")
         self._model, self._parameters = model, model.vector
 
     @property

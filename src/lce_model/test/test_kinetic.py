@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.stats import norm
 
-from lce_model import Model, Stepper, default_model, simulate
+from lce_model import LceError, Model, Stepper, default_model, simulate
 from lce_model.deformation import kinetic
 from lce_model.deformation.stretch import network_stretch, stretch
 from lce_model.landau import free_energy, wells
@@ -75,8 +75,8 @@ def test_barriers_are_those_of_the_landau_energy() -> None:
         assert isotropic == pytest.approx(27.0 / 16.0 * barrier * (1.0 - s) ** 3 * (1.0 + 3.0 * s), rel=1e-9)
     step = 1e-4 * span
     falls, grows = (np.subtract(barriers(coexistence + step), barriers(coexistence - step))) / (2.0 * step) / barrier
-    assert -1.0 / falls == pytest.approx(kinetic._fold(span, 1.0), rel=1e-6)
-    assert 1.0 / grows == pytest.approx(kinetic.COOLING * kinetic._fold(span, 1.0), rel=1e-6)
+    assert -1.0 / falls == pytest.approx(kinetic._kappa(span, 1.0), rel=1e-6)
+    assert 1.0 / grows == pytest.approx(kinetic.COOLING * kinetic._kappa(span, 1.0), rel=1e-6)
 
 
 def test_it_solves_its_equation_as_well_as_lsoda(model: Model) -> None:
@@ -148,11 +148,12 @@ def test_driven_slowly_it_is_in_equilibrium(uniform: Model) -> None:
 
 
 def test_driven_fast_it_is_frozen(one_domain: Model) -> None:
-    """No domain turns: what is left is the order inside the nematic well."""
-    path = zigzag(300.0, 328.0, 300.0)
-    order = follow(one_domain, path, 1e12)[0]
-    s = np.sqrt((325.0 + 40.0 / 9.0 - path) / 40.0)
+    """No domain turns: what is left is the order inside the nematic well. At 1 K/s all would have turned."""
+    path = zigzag(300.0, 332.0, 300.0)
+    order = follow(one_domain, path, 1e10)[0]
+    s = np.sqrt(np.maximum(325.0 + 40.0 / 9.0 - path, 0.0) / 40.0)
     np.testing.assert_allclose(order / order[0], (1.0 + s) / (1.0 + s[0]), rtol=2e-3)
+    assert follow(one_domain, path, 1.0)[0].min() < 1e-3 * order[0]
 
 
 def test_the_loop_is_wider_when_driven_faster(model: Model) -> None:
@@ -160,19 +161,25 @@ def test_the_loop_is_wider_when_driven_faster(model: Model) -> None:
     assert np.all(np.diff(widths) > 1.0)
 
 
-def half_turned_k(model: Model, path_k: Floats, rate_k_per_s: float) -> float:
-    """The temperature at which half of the order is gone, or back."""
-    order = follow(model, path_k, rate_k_per_s)[0] / (1.0 + np.sqrt(np.maximum((329.44 - path_k) / 40.0, 0.0)))
-    return float(path_k[np.abs(order - 0.5 * order.max())[path_k.size // 10 :].argmin() + path_k.size // 10])
+def half_points_k(model: Model, rate_k_per_s: float) -> tuple[float, float]:
+    """Temperatures at which half of the order is gone on heating, and back on cooling: of one domain."""
+    path = zigzag(290.0, 360.0, 260.0)
+    share = follow(model, path, rate_k_per_s)[0]
+    share /= 1.0 + np.sqrt(
+        np.maximum(model["kinetic.t_c"] + model["kinetic.span"] / 9.0 - path, 0.0) / model["kinetic.span"]
+    )
+    top, half = path.argmax(), 0.5 * share[0]
+    return float(path[:top][np.argmax(share[:top] < half)]), float(path[top:][np.argmax(share[top:] > half)])
 
 
-def test_half_width_is_where_a_domain_turns_once_a_second(one_domain: Model) -> None:
-    """Heated by κ per second the front is half_width behind, cooled by 3κ per second three times as much."""
-    fold = kinetic._fold(one_domain["kinetic.span"], one_domain["kinetic.barrier"])
-    model = one_domain.set({"kinetic.half_width": 3.0})
-    assert half_turned_k(model, zigzag(300.0, 345.0), fold) == pytest.approx(328.0, abs=0.2)
-    cooled = zigzag(345.0, 300.0)
-    assert half_turned_k(model, np.concatenate([zigzag(300.0, 345.0), cooled])[-cooled.size :], 3.0 * fold) < 325.0
+@pytest.mark.parametrize("barrier", [12.0, 200.0, 1000.0])
+def test_half_width_is_where_a_domain_turns_once_a_second(one_domain: Model, barrier: float) -> None:
+    """Heated by κ per second the front is h - γκ behind, cooled by 3κ per second three times as much."""
+    model = one_domain.set({"kinetic.half_width": 3.0, "kinetic.barrier": barrier})
+    kappa = kinetic._kappa(model["kinetic.span"], barrier)
+    behind = 3.0 - np.euler_gamma * kappa
+    assert half_points_k(model, kappa)[0] == pytest.approx(325.0 + behind, abs=0.1)
+    assert half_points_k(model, 3.0 * kappa)[1] == pytest.approx(325.0 - 3.0 * behind, abs=0.1)
 
 
 def loop_area(model: Model, path_k: Floats) -> float:
@@ -238,6 +245,24 @@ def test_a_minor_loop_closes_and_lies_within_the_major_one(model: Model) -> None
     assert np.all(d[inside] <= np.interp(path, major[top:][::-1], outer[top:][::-1])[inside] + 1e-6)
 
 
+@pytest.mark.parametrize("barrier", [18.0, 60.0, 1000.0])
+def test_one_long_ramp_ends_where_many_short_ones_do(uniform: Model, barrier: float) -> None:
+    """Up by 45 K in one sample of 10 s, then down by 40 K in another."""
+    model = uniform.set({"kinetic.barrier": barrier})
+    whole = simulate(model, np.array([0.0, 10.0, 20.0]), None, temperature_k=np.array([300.0, 345.0, 305.0])).order
+    time = np.linspace(0.0, 20.0, 4001)
+    fine = simulate(model, time, None, temperature_k=np.interp(time, [0.0, 10.0, 20.0], [300.0, 345.0, 305.0])).order
+    np.testing.assert_allclose(whole, fine[::2000], atol=0.02 * fine[0])
+
+
+def test_parameters_that_its_state_is_laid_out_by_cannot_change_on_the_way() -> None:
+    model = default_model("lumped", "kinetic")
+    strip = Stepper(model)
+    strip.become(model.set({"stretch_law.alpha": 2.0, "lumped.gain": 60.0}))
+    with pytest.raises(LceError, match=r"kinetic.t_c: cannot change while the strip goes on"):
+        strip.become(model.set({"kinetic.t_c": 330.0}))
+
+
 def test_any_step_is_stable_and_small_steps_converge(model: Model) -> None:
     ends = []
     for step in (5.0, 0.5, 0.05, 0.005):
@@ -290,6 +315,7 @@ def test_the_network_law_is_4_16_for_small_alpha_and_has_its_stroke() -> None:
     for order in (0.2, 0.5, 0.8):
         assert network_stretch(order, 1.0, 1e-3) - 1.0 == pytest.approx(stretch(order, 1.0, 1e-3) - 1.0, rel=1e-3)
         assert network_stretch(order, 1.0, 2.2) < stretch(order, 1.0, 2.2) - 0.02
+    assert network_stretch(50.0, 1.0, 20.0) == network_stretch(2.0, 1.0, 20.0), "fully ordered"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ def network_stretch(order: float, reference_order: float, alpha: float) -> float
 
     r is the ratio of the step lengths along and across the director in a network of freely jointed chains whose order
     is q at Q = 1 (Warner & Terentjev, Liquid Crystal Elastomers, 2003, ch. 3). (4.16) is its first order in q. α keeps
-    its meaning: r = 1 + α at Q = 1. No chain is ordered more than fully: qQ stays below 1.
+    its meaning: r = 1 + α at Q = 1. No chain is ordered more than fully: qQ is cut at 0.99.
     """
     q = alpha / (3.0 + alpha)
     now, then = min(q * order, 0.99), min(q * reference_order, 0.99)
