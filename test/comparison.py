@@ -225,7 +225,8 @@ def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
         "[effects](effects.md). Without it the thermal stage limits every deformation model. "
         f"`+ {LATE}`: the domains take time to turn once they are over the barrier, another effect.", "",
         "## T → d alone, driven by the measured temperature", "",
-        "The camera's 10 Hz, smoothed. Fitted to pulses, a staircase and minor loops:", "", *table(driven),
+        "The camera's 10 Hz, smoothed. Fitted to pulses, a staircase and minor loops:", "",
+        *table(driven), *verdict(driven),
         "Fitted to pulses alone:", "", *table(driven_few),
         "## One set a run against one for all", "",
         "The five pulses, T → d alone.", "", *refitted(bar, c5, pulses, driven_few),
