@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lce_analysis.experiment import Run, Series
-from lce_analysis.fit import fit, fit_each
+from lce_analysis.fit import fit, fit_each, identify
 from lce_model import LceError, Model, default_model, simulate
 
 HEATER = default_model("lumped", "none").set({"lumped.tau": 31.0, "lumped.gain": 22.0, "ambient.t_env": 296.0})
@@ -130,3 +130,13 @@ def test_ctrl_c_leaves_the_best_so_far() -> None:
 def test_what_cannot_be_fitted(change: Callable[[list[Run]], list[Run]], told: str) -> None:
     with pytest.raises(LceError, match=told):
         fit(default_model(), change(runs_of(default_model(), 0, duration_s=30.0)))
+
+
+def test_the_thermal_stage_is_fitted_alone_unless_the_strip_acts_back_on_it() -> None:
+    model = default_model("lumped", "kinetic", ("natural_convection", "camera_lag", "creep"))
+    alone = identify._thermal_stage(model)
+    assert (alone.deformation, alone.effects) == ("none", ("natural_convection", "camera_lag"))
+    heat = [v.key for v in model.values if v.term in ("ambient", "natural_convection", "lumped")]
+    assert [v.key for v in alone.values][: len(heat)] == [v.key for v in model.values][: len(heat)] == heat
+    acts_back = default_model("lumped", "kinetic", ("order_dependent_absorption",))
+    assert identify._thermal_stage(acts_back) is acts_back

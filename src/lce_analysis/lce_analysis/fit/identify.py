@@ -33,6 +33,8 @@ from lce_analysis.predict import (
     prepare,
 )
 from lce_model import LceError, Model, default_model
+from lce_model.effects import find
+from lce_model.terms import reads
 
 Floats = NDArray[np.float64]
 
@@ -110,6 +112,22 @@ def check_runs(model: Model, runs: Sequence[Run]) -> None:
         raise LceError("no run has a displacement; fit with --deformation none")
 
 
+def _thermal_stage(model: Model) -> Model:
+    """The P→T stage by itself, which is the faster to simulate; the whole model where the strip acts back on it.
+
+    Stages stand in their order: its values are the first ones of the whole model, at the same places.
+    """
+    effects = [find(e) for e in model.effects]
+    kept = tuple(e.reference for e in effects if e.stage in HEAT_STAGES or "measured_temperature" in e.outputs)
+    alone = default_model(model.thermal, "none", kept)
+    names = {t.name for t in alone.terms}
+    behind = {"order", *(signal for t in model.terms if t.name not in names for signal in t.outputs)}
+    if any(reads(t, signal) for t in alone.terms for signal in behind):
+        return model
+    own = {v.key: v for v in model.values}
+    return alone.with_values(tuple(own[v.key] for v in alone.values), {})
+
+
 class _Search:
     """The state of one identification: a model that gets better, and the start temperatures that go with it."""
 
@@ -154,8 +172,10 @@ class _Search:
         if self.model.thermal == "none" or not blocks or not free:
             return None
         best: tuple[Problem, Optimum] | None = None
+        whole = self.model
         for guess in self._thermal_guesses():
-            problem = Problem(guess, self.inputs, free, self.starts, blocks, with_thermal_state(self.inputs))
+            alone = _thermal_stage(guess)
+            problem = Problem(alone, self.inputs, free, self.starts, blocks, with_thermal_state(self.inputs))
             optimum = self._polish(problem, "temperature")
             if best is None or optimum.rms < best[1].rms:
                 best = problem, optimum
@@ -163,7 +183,8 @@ class _Search:
                 break
         assert best is not None
         self._adopt(best[0], best[1].variables)
-        return best[0]
+        self.model = whole.set({v.key: v.value for v in self.model.values})
+        return replace(best[0], model=self.model)
 
     def _thermal_guesses(self) -> Iterator[Model]:
         """Several time constants of a lumped model; a Hammerstein–Wiener model begins as the lumped one that fits."""
