@@ -120,7 +120,7 @@ def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
     bench.until(lambda: truth.messages and truth.messages[-1].temperature > 29.0, 20.0, "a warm strip")
     killed_s = probe.now_s()
     bench.kill(laser)
-    bench.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, 2.0, "cooling")
+    bench.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, what="cooling")
     warmest = max(truth.messages, key=lambda m: m.temperature)
     assert from_stamp(warmest.header.stamp) - killed_s < 0.2
 
