@@ -72,7 +72,7 @@ def _boltzmann(a: float) -> float:
 
 @register_jitable
 def _above(z: float) -> tuple[float, float]:
-    """The share of a normal distribution above ``z``, and its mean; Abramowitz & Stegun 7.1.26.
+    """The share of a normal distribution above ``z``, and its mean; Abramowitz & Stegun 7.1.26, as erfc is a call.
 
     To 1e-6; the mean to 1e-3 up to z = 3.5, beyond which hardly a domain is left.
     """
@@ -159,7 +159,7 @@ def start(
     width_spread: float,
     cold_end: float,
     t_ref: float,
-) -> tuple[float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float]:
     """Cooled from above, and at rest since. ``centre`` is the mean T_c of the domains of each front."""
     spread = math.hypot(spread, transition_spread)
     kappa = _kappa(span, barrier)
@@ -179,11 +179,12 @@ def start(
     excess = order_temperature - t_ref
     _settle(front, warmth, delay, excess, kappa)
     nematic, possible = _nematic(front, centre, warmth, excess, spread, span)
-    return order_temperature, spread, reference, nematic / possible, possible / reference, 1.0
+    return order_temperature, reference, nematic / possible, possible / reference, 1.0
 
 
 def step(
     order_temperature: float,
+    transition_spread: float,
     dt: float,
     front: Floats,
     centre: Floats,
@@ -191,17 +192,17 @@ def step(
     delay: Floats,
     at_rest: Floats,
     before: float,
-    whole_spread: float,
     reference: float,
     span: float,
     barrier: float,
+    spread: float,
     t_ref: float,
-) -> tuple[float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float]:
     """Share x, weighted by y3, and mean y3 in units of the order at rest at ``t_ref``."""
     excess = order_temperature - t_ref
     _turn(front, warmth, delay, at_rest, excess, order_temperature - before, dt, _kappa(span, barrier))
-    nematic, possible = _nematic(front, centre, warmth, excess, whole_spread, span)
-    return order_temperature, whole_spread, reference, nematic / possible, possible / reference, 1.0
+    nematic, possible = _nematic(front, centre, warmth, excess, math.hypot(spread, transition_spread), span)
+    return order_temperature, reference, nematic / possible, possible / reference, 1.0
 
 
 _SOURCE = "plausible: a loop between those of (4.22) and (5.10)"
@@ -223,7 +224,7 @@ KINETIC = Term(
         Parameter("cold_end", "1", 0.05, 0.0, 0.5, "length that the clamp cools, in that of the strip", _FIN),
         Parameter("t_ref", "K", 301.15, 250.0, 400.0, "temperature at which λ = 1 at rest", _SOURCE),
     ),
-    states=("before", "whole_spread", "reference"),
+    states=("before", "reference"),
     arrays=(("front", FRONTS), ("centre", FRONTS), ("warmth", FRONTS), ("delay", FRONTS), ("at_rest", FRONTS)),
     outputs=("fraction", "well_order", "reference_order"),
     start=start,

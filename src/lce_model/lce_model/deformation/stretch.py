@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """From the mean order parameter to the displacement of the free end: (4.15), (4.16), (3.1), (6.8)."""
 
+from dataclasses import replace
+
 from lce_model.terms import Parameter, Term
 
 
@@ -26,25 +28,22 @@ def displacement(stretch: float, length: float) -> float:
     return length * (1.0 - stretch)
 
 
-_ALPHA = Parameter(
-    "alpha", "1", 1.91, 0.05, 50.0, "deformation coefficient α", "(4.21), Amp 0.2, T_h 30 s", scale="log"
-)
-
 STRETCH = Term(
     name="stretch_law",
     stage="strain",
     equation="lambda = ((1 + alpha Q)/(1 + alpha Q0))^(1/3)",
-    parameters=(_ALPHA,),
+    parameters=(
+        Parameter(
+            "alpha", "1", 1.91, 0.05, 50.0, "deformation coefficient α", "(4.21), Amp 0.2, T_h 30 s", scale="log"
+        ),
+    ),
     outputs=("stretch",),
     step=stretch,
 )
 
-NETWORK = Term(
-    name="stretch_law",
-    stage="strain",
+NETWORK = replace(
+    STRETCH,
     equation="lambda = (r(Q)/r(Q0))^(1/3), r = (1 + 2 q Q)/(1 - q Q), q = alpha/(3 + alpha)",
-    parameters=(_ALPHA,),
-    outputs=("stretch",),
     step=network_stretch,
 )
 
