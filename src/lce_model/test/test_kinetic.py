@@ -80,7 +80,8 @@ def test_barriers_are_those_of_the_landau_energy() -> None:
 
 
 def test_it_solves_its_equation_as_well_as_lsoda(model: Model) -> None:
-    """The equation of every front again, with NumPy, and given to SciPy."""
+    """The equation of every front again, with NumPy, and given to SciPy; a cold end that settles at once."""
+    model = model.set({"kinetic.cold_tau": 0.1})
     p = {v.name: v.value for v in model.values}
     fold = 2.0 / 27.0 * p["span"] / p["barrier"]
     width = p["half_width"] * np.exp(p["width_spread"] * kinetic._DEVIATES)
@@ -204,8 +205,64 @@ def test_the_clamp_cools_its_end(uniform: Model) -> None:
     warmth = 1.0 - np.exp(-distance / 0.2)
     warmth /= warmth.mean()
     orders = [follow(uniform, 301.15 + w * (path - 301.15), 0.1 * w)[0] for w in warmth]
-    order = follow(uniform.set({"kinetic.cold_end": 0.2}), path, 0.1)[0]
+    clamped = uniform.set({"kinetic.cold_end": 0.2, "kinetic.cold_tau": 0.1})
+    order = follow(clamped, path, 0.1)[0]
     np.testing.assert_allclose(order, np.mean(orders, axis=0), atol=0.02 * order[0])
+
+
+@pytest.mark.parametrize("turns_s", [(1.0, 21.0, 60.0, 80.0), (1.0, 13.0, 30.0, 36.0, 44.0, 60.0)])
+def test_its_temperatures_are_those_of_a_fin(turns_s: tuple[float, ...]) -> None:
+    """The heat equation in 200 cells under a laser that goes on and off, and the profile found from its mean alone."""
+    cold_end, tau, cells, dt = 0.14, 15.0, 200, 0.02
+    time, conduction = np.arange(0.0, 120.0, dt), 0.14**2 / 15.0 * 200.0**2
+
+    def warming(t: float, excess: Floats) -> Floats:
+        flow = conduction * np.diff(excess)
+        light = 4.5 * (np.searchsorted(turns_s, t, side="right") % 2)
+        return np.diff(flow, prepend=2.0 * conduction * excess[0], append=0.0) - excess / tau + light
+
+    fin = solve_ivp(warming, (0.0, 120.0), np.zeros(cells), "BDF", t_eval=time, rtol=1e-6, atol=1e-6, max_step=0.5).y
+    mean = fin.mean(axis=0)
+    here, change, cold = np.zeros(kinetic.FRONTS), np.zeros(kinetic.FRONTS), 0.0
+    found, expected = [], []
+    for i in range(1, time.size):
+        cold = kinetic._clamped(cold, mean[i - 1], mean[i], dt, cold_end, tau)
+        kinetic._warm(here, change, mean[i], cold)
+        if i % 50 == 0:
+            found.append(here.copy())
+            expected.append(np.interp(kinetic._DISTANCES, (np.arange(cells) + 0.5) / cells, fin[:, i]))
+
+    def error(temperatures: Floats) -> float:
+        return float(np.sqrt(np.mean((temperatures - np.array(expected)) ** 2 @ kinetic._SHARES)))
+
+    settled = -np.expm1(-kinetic._DISTANCES / cold_end)
+    settled /= kinetic._SHARES @ settled
+    assert np.array(expected).max() > 40.0
+    assert error(np.array(found)) < 0.5
+    assert error(np.outer(mean[50::50], settled)) > 1.0, "a profile of one shape"
+    assert error(np.outer(mean[50::50], np.ones(kinetic.FRONTS))) > 5.0, "none"
+
+
+def test_its_few_fronts_stand_for_all_widths_and_places(model: Model) -> None:
+    """Plays, as hard barriers make them, of 200 widths at each of 100 places, in and out of minor loops."""
+    hard = model.set({"kinetic.barrier": 1000.0, "kinetic.cold_end": 0.12, "kinetic.cold_tau": 0.1})
+    p = {v.name: v.value for v in hard.values}
+    width = p["half_width"] * np.exp(p["width_spread"] * norm.ppf((np.arange(200) + 0.5) / 200))[:, None]
+    centre = p["t_c"] + width - p["half_width"]
+    warmth = -np.expm1(-(np.arange(100) + 0.5) / 100 / p["cold_end"])
+    path = zigzag(301.15, 345.0, 312.0, 336.0, 320.0, 360.0, 305.0, step=0.1)
+    front, orders = None, []
+    for t in path:
+        here = p["t_ref"] + warmth / warmth.mean() * (t - p["t_ref"])
+        front = here + 3.0 * width if front is None else np.clip(front, here - width, here + 3.0 * width)
+        z = (front - centre) / p["spread"]
+        mean = centre + p["spread"] * np.exp(norm.logpdf(z) - norm.logsf(z))
+        y3 = 1.0 + np.sqrt(np.maximum((mean - here) / p["span"] + 1.0 / 9.0, 0.0))
+        orders.append(np.mean(norm.sf(z) * y3))
+    order = follow(hard, path, 1.0)[0]
+    errors = order / order[0] - np.array(orders) / orders[0]
+    assert np.abs(errors).max() < 0.015
+    assert np.sqrt(np.mean(errors**2)) < 0.006
 
 
 def jump_at_reversals(model: Model) -> float:
@@ -274,7 +331,7 @@ def test_any_step_is_stable_and_small_steps_converge(model: Model) -> None:
     assert np.all(np.diff(errors) < 0.0)
 
 
-@pytest.mark.parametrize("key", ["half_width", "span", "barrier", "spread", "width_spread", "cold_end"])
+@pytest.mark.parametrize("key", ["half_width", "span", "barrier", "spread", "width_spread", "cold_end", "cold_tau"])
 @pytest.mark.parametrize("end", ["lower", "upper"])
 def test_the_ends_of_every_range_give_numbers(model: Model, key: str, end: str) -> None:
     value = model.values[model.index(f"kinetic.{key}")]
@@ -297,7 +354,7 @@ def test_stepping_gives_the_same_numbers_as_the_whole_run() -> None:
 
 def test_it_has_fewer_parameters_than_the_dynamic_model() -> None:
     free = {d: sum(not v.fixed for v in default_model("none", d).values) for d in ("dynamic", "kinetic")}
-    assert free == {"dynamic": 14, "kinetic": 9}
+    assert free == {"dynamic": 14, "kinetic": 10}
 
 
 def test_a_spread_from_effects_adds_to_its_own(model: Model) -> None:

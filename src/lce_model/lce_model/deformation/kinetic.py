@@ -7,9 +7,10 @@ and the widths of (4.12) as corrected, a1 = a3:
 
     dx/dt = ν [(1 - x) w13 - x w31],   w13 = (y3 - y2)² e^(-n_c ΔE21/kT),   w31 = y2² e^(-n_c ΔE23/kT)
 
-Domains differ in the middle and in the width of their loop, and in how warm their part of the strip is. Those of one
-width and one place turn one after the other, nematic above a *front* p of their T_c and isotropic below it, and the
-equation of x becomes one of the front (docs/kinetic.md), with the slopes of the barriers at T_c. Where u = T - p > 0,
+Domains differ in the middle and in the width of their loop, and in how warm their part of the strip is: the clamp cools
+its end, the farther the longer the strip has been warm. Those of one width and one place turn one after the other,
+nematic above a *front* p of their T_c and isotropic below it, and the equation of x becomes one of the front
+(docs/kinetic.md), with the slopes of the barriers at T_c. Where u = T - p > 0,
 
     dp/dt = κ w (1 - e^(-u/κ)),   w = e^((u - h)/κ + γ) per second,   κ = 2 (T1 - T*)/(27 ε)
 
@@ -28,8 +29,8 @@ from lce_model.terms import Parameter, Term
 
 Floats = NDArray[np.float64]
 
-WIDTHS, PLACES = 8, 5
-FRONTS = WIDTHS * PLACES
+FRONTS, GENERATOR = 40, 33
+"""Of all lattices (i, g i mod 40) over widths and places, one whose points lie farthest apart."""
 COOLING = 3.0
 """The barrier of the isotropic well grows with T - T_c a third as fast as that of the nematic one falls."""
 _GAMMA = 0.5772156649
@@ -43,13 +44,14 @@ _MOST = 30.0
 def _fronts() -> tuple[Floats, Floats, Floats]:
     """Of every front: normal deviate of ln h, distance from the clamp in lengths of the strip, share of the strip.
 
-    The widths have equal shares; the places are denser towards the clamp, where the temperature changes.
+    No two share a width or a place; the places are denser towards the clamp, where it is colder.
     """
-    deviates = np.array([NormalDist().inv_cdf((i + 0.5) / WIDTHS) for i in range(WIDTHS)])
-    roots, weights = np.polynomial.legendre.leggauss(PLACES)
-    roots = 0.5 + 0.5 * roots
-    shares = np.repeat(weights * roots, WIDTHS)
-    return np.tile(deviates / np.std(deviates), PLACES), np.repeat(roots**2, WIDTHS), shares / shares.sum()
+    i = np.arange(FRONTS)
+    roots = (i * GENERATOR % FRONTS + 0.5) / FRONTS
+    shares = roots / roots.sum()
+    deviates = np.array([NormalDist().inv_cdf((k + 0.5) / FRONTS) for k in i])
+    deviates -= shares @ deviates
+    return deviates / np.sqrt(shares @ deviates**2), roots**2, shares
 
 
 _DEVIATES, _DISTANCES, _SHARES = _fronts()
@@ -87,15 +89,13 @@ def _above(z: float) -> tuple[float, float]:
 
 
 @register_jitable(fastmath={"reassoc", "nsz"})
-def _nematic(
-    front: Floats, centre: Floats, warmth: Floats, excess: float, spread: float, span: float
-) -> tuple[float, float]:
+def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: float) -> tuple[float, float]:
     """(Σ x y3, Σ y3), y3 at the mean T_c of the nematic domains of a front; temperatures in K above ``t_ref``."""
     nematic = possible = 0.0
     per_spread, per_span = 1.0 / spread, 1.0 / span
     for i in range(FRONTS):
         x, mean = _above((front[i] - centre[i]) * per_spread)
-        s2 = (centre[i] + spread * mean - warmth[i] * excess) * per_span + 1.0 / 9.0
+        s2 = (centre[i] + spread * mean - here[i]) * per_span + 1.0 / 9.0
         y3 = _SHARES[i] * (1.0 + math.sqrt(max(s2, 0.0)))
         nematic += x * y3
         possible += y3
@@ -103,21 +103,46 @@ def _nematic(
 
 
 @register_jitable
-def _turn(
-    front: Floats, warmth: Floats, delay: Floats, at_rest: Floats, excess: float, change: float, dt: float, kappa: float
-) -> None:
-    """Move the fronts along a ramp of the temperature, by ``change`` to ``excess``; all in K above ``t_ref``.
+def _clamped(cold: float, before: float, excess: float, dt: float, cold_end: float, cold_tau: float) -> float:
+    """How much colder the strip is in the mean for being clamped [K], as its mean moves from ``before`` to ``excess``.
+
+    dE²/dt = 2/τ (c² θ² - E²) with θ = excess + E far from the clamp: the heat balance of a layer whose deficit falls
+    off exponentially. Solved for the mean of θ² over the ramp, with the E before it.
+    """
+    a, b = abs(before) + cold, abs(excess) + cold
+    goal = cold_end * cold_end * (a * a + a * b + b * b) / 3.0
+    return math.sqrt(goal + (cold * cold - goal) * math.exp(-2.0 * dt / cold_tau))
+
+
+@register_jitable(fastmath={"reassoc", "nsz"})
+def _warm(here: Floats, change: Floats, excess: float, cold: float) -> None:
+    """Temperatures at the places of the fronts, whose mean is ``excess``; all in K above ``t_ref``."""
+    per_length = (abs(excess) + cold + 1e-9) / (cold + 1e-9)
+    mean = 0.0
+    for i in range(FRONTS):
+        change[i] = 1.0 - _boltzmann(min(_DISTANCES[i] * per_length, 60.0))
+        mean += _SHARES[i] * change[i]
+    scale = excess / mean
+    for i in range(FRONTS):
+        now = scale * change[i]
+        change[i] = now - here[i]
+        here[i] = now
+
+
+@register_jitable
+def _turn(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: Floats, dt: float, kappa: float) -> None:
+    """Move the fronts along a ramp of their temperatures, by ``change`` to ``here``; all in K above ``t_ref``.
 
     e^(-u/κ) obeys a linear equation on each side of u = 0; a ramp across the front counts for the side on which it
     ends. ``delay`` is h/κ - γ, ``at_rest`` w(0) in 1/s. Free of branches, so that several fronts go at once.
     """
     per_kappa = 1.0 / kappa
     for i in range(FRONTS):
-        u = (warmth[i] * excess - front[i]) * per_kappa
+        u = (here[i] - front[i]) * per_kappa
         side = 1.0 if u >= 0.0 else -1.0 / COOLING
         ahead = u * side
         waited = dt * at_rest[i]
-        along = max(waited + warmth[i] * change * per_kappa * side, -_MOST)
+        along = max(waited + change[i] * per_kappa * side, -_MOST)
         mean = 1.0 - 0.5 * along if abs(along) < 1e-5 else (1.0 - _boltzmann(along)) / along
         beyond = max(ahead - delay[i] - _MOST, 0.0)
         gain = dt * _boltzmann(max(delay[i] - ahead, -_MOST)) * mean + _boltzmann(waited) - 1.0
@@ -129,12 +154,12 @@ def _turn(
 
 
 @register_jitable
-def _settle(front: Floats, warmth: Floats, delay: Floats, excess: float, kappa: float) -> None:
+def _settle(front: Floats, here: Floats, delay: Floats, kappa: float) -> None:
     """The fronts in a strip that came from above and has been at rest since."""
     for i in range(FRONTS):
         lasts = delay[i] - math.log(_REST_S)
         left = lasts if lasts > 30.0 else -math.log(-math.expm1(-math.exp(-lasts)))
-        front[i] = warmth[i] * excess + COOLING * kappa * left
+        front[i] = here[i] + COOLING * kappa * left
 
 
 @register_jitable
@@ -148,7 +173,8 @@ def start(
     transition_spread: float,
     front: Floats,
     centre: Floats,
-    warmth: Floats,
+    here: Floats,
+    change: Floats,
     delay: Floats,
     at_rest: Floats,
     t_c: float,
@@ -159,27 +185,25 @@ def start(
     width_spread: float,
     cold_end: float,
     t_ref: float,
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """Cooled from above, and at rest since. ``centre`` is the mean T_c of the domains of each front."""
     spread = math.hypot(spread, transition_spread)
     kappa = _kappa(span, barrier)
-    mean = 0.0
     for i in range(FRONTS):
         width = half_width * math.exp(width_spread * _DEVIATES[i])
         centre[i] = t_c - t_ref + width - half_width
         delay[i] = width / kappa - _GAMMA
         at_rest[i] = math.exp(-min(delay[i], 700.0))
-        warmth[i] = -math.expm1(-_DISTANCES[i] / max(cold_end, 1e-6))
-        mean += _SHARES[i] * warmth[i]
-    for i in range(FRONTS):
-        warmth[i] /= mean
-    _settle(front, warmth, delay, 0.0, kappa)
-    reference, possible = _nematic(front, centre, warmth, 0.0, spread, span)
+        here[i] = 0.0
+    _settle(front, here, delay, kappa)
+    reference, possible = _nematic(front, centre, here, spread, span)
     reference = max(reference, 1e-6 * possible)
     excess = order_temperature - t_ref
-    _settle(front, warmth, delay, excess, kappa)
-    nematic, possible = _nematic(front, centre, warmth, excess, spread, span)
-    return order_temperature, reference, nematic / possible, possible / reference, 1.0
+    cold = abs(excess) * cold_end / (1.0 - cold_end)
+    _warm(here, change, excess, cold)
+    _settle(front, here, delay, kappa)
+    nematic, possible = _nematic(front, centre, here, spread, span)
+    return excess, cold, reference, nematic / possible, possible / reference, 1.0
 
 
 def step(
@@ -188,25 +212,32 @@ def step(
     dt: float,
     front: Floats,
     centre: Floats,
-    warmth: Floats,
+    here: Floats,
+    change: Floats,
     delay: Floats,
     at_rest: Floats,
     before: float,
+    cold: float,
     reference: float,
     span: float,
     barrier: float,
     spread: float,
+    cold_end: float,
+    cold_tau: float,
     t_ref: float,
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """Share x, weighted by y3, and mean y3 in units of the order at rest at ``t_ref``."""
     excess = order_temperature - t_ref
-    _turn(front, warmth, delay, at_rest, excess, order_temperature - before, dt, _kappa(span, barrier))
-    nematic, possible = _nematic(front, centre, warmth, excess, math.hypot(spread, transition_spread), span)
-    return order_temperature, reference, nematic / possible, possible / reference, 1.0
+    cold = _clamped(cold, before, excess, dt, cold_end, cold_tau)
+    _warm(here, change, excess, cold)
+    _turn(front, here, change, delay, at_rest, dt, _kappa(span, barrier))
+    nematic, possible = _nematic(front, centre, here, math.hypot(spread, transition_spread), span)
+    return excess, cold, reference, nematic / possible, possible / reference, 1.0
 
 
 _SOURCE = "plausible: a loop between those of (4.22) and (5.10)"
 _FIN = "computed for a perfect clamp: 0.13–0.17"
+_TAU = "m c / (h A) of a 0.3 mm strip: 14–28 s"
 
 KINETIC = Term(
     name="kinetic",
@@ -221,11 +252,19 @@ KINETIC = Term(
         Parameter("barrier", "1", 18.0, 0.5, 1000.0, "barrier n_c ΔE/kT at t_c", _SOURCE, "log"),
         Parameter("spread", "K", 6.0, 0.1, 40.0, "spread of the middles of the domains' loops", _SOURCE, "log"),
         Parameter("width_spread", "1", 0.4, 0.0, 1.0, "spread of the logarithm of their half_width", _SOURCE),
-        Parameter("cold_end", "1", 0.05, 0.0, 0.5, "length that the clamp cools, in that of the strip", _FIN),
+        Parameter("cold_end", "1", 0.05, 0.0, 0.5, "length that the clamp cools in the end, in strip lengths", _FIN),
+        Parameter("cold_tau", "s", 18.0, 0.1, 1000.0, "how long that takes, τ of the heat balance", _TAU, "log"),
         Parameter("t_ref", "K", 301.15, 250.0, 400.0, "temperature at which λ = 1 at rest", _SOURCE),
     ),
-    states=("before", "reference"),
-    arrays=(("front", FRONTS), ("centre", FRONTS), ("warmth", FRONTS), ("delay", FRONTS), ("at_rest", FRONTS)),
+    states=("before", "cold", "reference"),
+    arrays=(
+        ("front", FRONTS),
+        ("centre", FRONTS),
+        ("here", FRONTS),
+        ("change", FRONTS),
+        ("delay", FRONTS),
+        ("at_rest", FRONTS),
+    ),
     outputs=("fraction", "well_order", "reference_order"),
     start=start,
     step=step,
