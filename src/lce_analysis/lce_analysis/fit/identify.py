@@ -53,8 +53,6 @@ REWEIGHTED = 3
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
 
-"""Grid of the searches for a first guess; the fit itself uses every sample."""
-
 
 def fit(
     model: Model,

@@ -18,6 +18,11 @@ const lceFigures = (array) => {
     };
   };
   const axes = (figure) => [axis(figure.xAxis, 26), axis(figure.yAxis, 58)];
+  // uPlot's own range, but 0 to 1 around nothing but zeros, where it would show 0 to 100 W of a laser that is off.
+  const range = (u, min, max) => {
+    if (min == null) return [null, null];
+    return min === 0 && max === 0 ? [0, 1] : uPlot.rangeNum(min, max, 0.1, true);
+  };
 
   // What is common to all figures: zoom with Ctrl + wheel, a line at zero, a name for those who do not see the canvas.
   const zoomable = (keys) => ({ hooks: { ready: [(u) => u.over.addEventListener("wheel", (event) => {
@@ -108,7 +113,7 @@ const lceFigures = (array) => {
       }, array(y), role);
     }
     const plot = new uPlot({
-      width: room(element), height: figure.height, scales: { x: { time: false } }, series, bands, legend: legend(roles),
+      width: room(element), height: figure.height, scales: { x: { time: false }, y: { range } }, series, bands, legend: legend(roles),
       cursor: { y: false, sync: figure.linked ? { key: figure.linked } : undefined, drag: { x: true, y: false } },
       axes: axes(figure), plugins: [zoomable(["x"]), shade(figure.linked), zero, linked(figure.linked)],
     }, data, element);
