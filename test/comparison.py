@@ -30,6 +30,7 @@ MODELS = ("equilibrium", "dynamic", "kinetic", "prandtl_ishlinskii", "bouc_wen")
 LOSS, GLOW, LATE = "natural_convection", "radiation", "phase_kinetics"
 """Effects of the library, added to the models that say so: what the lumped heat balance lacks most, what any warm
 surface does, and the time that a domain takes once it is over the barrier."""
+FULL = f"kinetic + {LOSS} + {GLOW} + {LATE}"
 DRAWN_EVERY = 20
 """Samples from one point of a picture to the next: 0.2 s."""
 KINDS = {"pulse": "other T_h", "stairs": "staircase", "loops": "minor loops", "prbs": "PRBS"}
@@ -132,12 +133,12 @@ def table(rows: Sequence[Row]) -> list[str]:
 
 
 def verdict(rows: Sequence[Row]) -> list[str]:
-    """The bar of the project, read off the rows."""
-    best = min(rows, key=lambda r: r.unseen)
-    dynamic = next(r for r in rows if r.label == "dynamic")
+    """The bar of the project, read off the last row: chosen before its error is known."""
+    named, dynamic = rows[-1], next(r for r in rows if r.label == "dynamic")
     return [
-        f"Best on unseen runs: {best.label}, {best.unseen:.2f} %, {best.unseen / dynamic.unseen:.2f} of `dynamic`. "
-        f"The bar is 2.0 % and 0.50: {'met' if best.unseen <= min(2.0, 0.5 * dynamic.unseen) else 'not met'}.",
+        f"The bar is 2.0 % on unseen runs, and half of `dynamic`. {named.label}: {named.unseen:.2f} %, "
+        f"{named.unseen / dynamic.unseen:.2f} of `dynamic`: "
+        f"{'met' if named.unseen <= min(2.0, 0.5 * dynamic.unseen) else 'not met'}.",
         "",
     ]
 
@@ -207,13 +208,12 @@ def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
     c4 = campaign("c4", CHAPTER_4, 0.2, (25.0, 30.0, 35.0, 40.0, 50.0), folder)
     pulses = ("pulse-16", "pulse-19", "pulse-22", "pulse-25", "pulse-28")
     rich = ("pulse-16", "pulse-20", "pulse-25", "pulse-28", "stairs-1", "loops-1")
-    with_loss = (*MODELS, f"dynamic + {LOSS}", f"kinetic + {LOSS}")
-    with_loss = (*with_loss, f"kinetic + {LOSS} + {LATE}", f"kinetic + {LOSS} + {GLOW} + {LATE}")
+    with_loss = (*MODELS, f"dynamic + {LOSS}", f"kinetic + {LOSS}", f"kinetic + {LOSS} + {LATE}", FULL)
     few = fitted(bar, c5, pulses, with_loss)
     many = fitted(bar, c5, rich, with_loss)
     driven = fitted(bar, c5, rich, (*MODELS, f"kinetic + {LATE}"), "measured")
     driven_few = fitted(bar, c5, pulses, MODELS, "measured")
-    other = fitted(bar, c4, ("pulse-25", "pulse-35", "pulse-50", "stairs-1", "loops-1"), (*MODELS[:3], with_loss[-1]))
+    other = fitted(bar, c4, ("pulse-25", "pulse-35", "pulse-50", "stairs-1", "loops-1"), (*MODELS[:3], FULL))
     published = fitted(bar, of_chapter_5(c5), pulses, MODELS)
     text = [
         HEAD,
@@ -223,7 +223,7 @@ def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
         *table(few), *verdict(few),
         "## P → T → d, fitted to pulses, a staircase and minor loops", "", *table(many), *verdict(many),
         f"`+ {LOSS}`, `+ {GLOW}`: the lumped heat balance with a loss that grows with the temperature, two of the "
-        "[effects](effects.md). Without it the thermal stage limits every deformation model. "
+        "[effects](effects.md). With a constant loss the thermal stage limits every deformation model. "
         f"`+ {LATE}`: the domains take time to turn once they are over the barrier, another effect.", "",
         "## T → d alone, driven by the measured temperature", "",
         "The camera's 10 Hz, smoothed. Fitted to pulses, a staircase and minor loops:", "",

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 from lce_analysis.compare import compare
 from lce_analysis.experiment import Run, Series
 from lce_analysis.report import render_comparison
-from lce_model import default_model, simulate
+from lce_model import Model, default_model, simulate
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic"]
@@ -25,29 +25,23 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this ma
 Show = Callable[..., Page]
 
 
+def run_of(model: Model, name: str, off_s: float) -> Run:
+    """A short run, the laser on from 1 s to ``off_s``."""
+    rng = np.random.default_rng(int(off_s))
+    time = np.arange(0.0, 40.0, 0.01)
+    power = np.where((time > 1.0) & (time < off_s), 1.2, 0.0)
+    made = simulate(model, time, power)
+    seen_t = made.temperature_k + 0.06 * rng.standard_normal(time.size)
+    seen_d = made.displacement_m + 4e-6 * rng.standard_normal(time.size)
+    camera = Series(time[::10], seen_t[::10])
+    return Run(name, Path(name), "0" * 64, Series(time, power), camera, Series(time, seen_d), {})
+
+
 @pytest.fixture(scope="module")
 def report() -> str:
     """Two short runs of a strip beside a model of it that is wrong in one parameter."""
     model = default_model("lumped", "equilibrium")
-    runs = []
-    for k, name in enumerate(("first", "second")):
-        rng = np.random.default_rng(k)
-        time = np.arange(0.0, 40.0, 0.01)
-        power = np.where((time > 1.0) & (time < 15.0 + k), 1.2, 0.0)
-        made = simulate(model, time, power)
-        seen_t = made.temperature_k + 0.06 * rng.standard_normal(time.size)
-        seen_d = made.displacement_m + 4e-6 * rng.standard_normal(time.size)
-        runs.append(
-            Run(
-                name,
-                Path(name),
-                "0" * 64,
-                Series(time, power),
-                Series(time[::10], seen_t[::10]),
-                Series(time, seen_d),
-                {},
-            )
-        )
+    runs = [run_of(model, "first", 15.0), run_of(model, "second", 16.0)]
     key = "lumped.tau"
     return render_comparison(compare(model.set({key: 1.05 * model[key]}), runs))
 
@@ -62,7 +56,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def complaints() -> list[str]:
-    """What the pages of a test wrote on the console."""
+    """What the pages of a test wrote on the console, and their errors."""
     return []
 
 
@@ -76,6 +70,7 @@ def show(browser: Browser, tmp_path: Path, complaints: list[str]) -> Iterator[Sh
         page = browser.new_page(viewport={"width": 1400, "height": 900}, **options)
         pages.append(page)
         page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(f"{file.as_uri()}{place}")
         page.wait_for_selector("body[data-drawn], body[data-error]")
         return page
@@ -91,7 +86,7 @@ def _state(page: Page) -> dict[str, str]:
 
 
 def _moved(page: Page, before: list[str], wanted: list[int]) -> list[int]:
-    """The figures that look different, once the wanted ones do or ten seconds are over, and a while later."""
+    """The figures that look different, 100 ms after the wanted ones do, or after ten seconds."""
     for _ in range(100):
         now = page.evaluate(LOOK)
         moved = [i for i, picture in enumerate(now) if picture != before[i]]
@@ -134,7 +129,7 @@ def test_the_page_may_not_fetch(report: str, show: Show, complaints: list[str]) 
     assert any("Content Security Policy" in complaint for complaint in complaints)
 
 
-def test_figures_of_a_run_move_together_and_others_stay(report: str, show: Show) -> None:
+def test_figures_of_a_run_move_together_and_others_stay(report: str, show: Show, complaints: list[str]) -> None:
     page = show(report)
     figures = json.loads(re.findall(r'id="figures">(.*?)</script>', report, re.DOTALL)[0])
     assert figures[0]["linked"] == "first"
@@ -154,6 +149,19 @@ def test_figures_of_a_run_move_together_and_others_stay(report: str, show: Show)
     before = page.evaluate(LOOK)
     page.locator("#theme").click()
     assert len(_moved(page, before, list(range(len(figures))))) == len(figures)
+    assert complaints == []
+
+
+def test_a_laser_that_is_off_is_not_drawn_beside_100_w(show: Show) -> None:
+    model = default_model("lumped", "equilibrium")
+    text = render_comparison(compare(model, [run_of(model, "off", 0.0), run_of(model, "on", 15.0)]))
+    plots = "const plots = []"
+    assert text.count(plots) == 1
+    page = show(text.replace(plots, "const plots = window.plots = []"))
+    shown = "plots.filter((p) => p.figure.title === 'laser power P').map((p) => [p.scales.y.min, p.scales.y.max])"
+    off, on = page.evaluate(shown)
+    assert off == [0.0, 1.0]
+    assert on[0] == 0.0 and 1.2 < on[1] < 1.5
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])

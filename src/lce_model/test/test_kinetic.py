@@ -79,37 +79,42 @@ def test_barriers_are_those_of_the_landau_energy() -> None:
     assert 1.0 / grows == pytest.approx(kinetic.COOLING * kinetic._kappa(span, 1.0), rel=1e-6)
 
 
-def test_it_solves_its_equation_as_well_as_lsoda(model: Model) -> None:
-    """The equation of every front again, with NumPy, and given to SciPy; a cold end that settles at once."""
-    model = model.set({"kinetic.cold_tau": 0.1})
+def test_it_solves_its_equations_as_well_as_lsoda(model: Model) -> None:
+    """Those of every front and of the cold end again, with NumPy, and given to SciPy."""
     p = {v.name: v.value for v in model.values}
     fold = 2.0 / 27.0 * p["span"] / p["barrier"]
     width = p["half_width"] * np.exp(p["width_spread"] * kinetic._DEVIATES)
     centre = p["t_c"] + width - p["half_width"]
-    warmth = 1.0 - np.exp(-kinetic._DISTANCES / p["cold_end"])
-    warmth /= kinetic._SHARES @ warmth
     time = np.arange(0.0, 80.0, 0.01)
 
-    def local(t: float) -> Floats:
-        return np.asarray(p["t_ref"] + warmth * (335.0 - 30.0 * np.cos(2.0 * np.pi * t / 50.0) - p["t_ref"]))
+    def excess(t: Floats | float) -> Floats:
+        return np.asarray(335.0 - 30.0 * np.cos(2.0 * np.pi * t / 50.0) - p["t_ref"])
 
-    def change(t: float, front: Floats) -> Floats:
-        u = local(t) - front
+    def local(t: float, deficit: float) -> Floats:
+        warmth = 1.0 - np.exp(-kinetic._DISTANCES * (excess(t) + deficit) / deficit)
+        return np.asarray(p["t_ref"] + warmth / (kinetic._SHARES @ warmth) * excess(t))
+
+    def change(t: float, state: Floats) -> Floats:
+        deficit = np.sqrt(state[-1])
+        u = local(t, deficit) - state[:-1]
         heated = fold * np.exp((u - width) / fold + np.euler_gamma) * -np.expm1(-u / fold)
         cooled = 3.0 * fold * np.exp((-u / 3.0 - width) / fold + np.euler_gamma) * -np.expm1(u / (3.0 * fold))
-        return np.where(u > 0.0, heated, -cooled)
+        grows = 2.0 / p["cold_tau"] * (p["cold_end"] ** 2 * (excess(t) + deficit) ** 2 - state[-1])
+        return np.append(np.where(u > 0.0, heated, -cooled), grows)
 
-    def order(t: float, front: Floats) -> float:
+    def order(t: float, state: Floats) -> float:
+        front = state[:-1]
         z = (front - centre) / p["spread"]
         mean = centre + p["spread"] * np.exp(norm.logpdf(z) - norm.logsf(z))
-        y3 = 1.0 + np.sqrt(np.maximum((mean - local(t)) / p["span"] + 1.0 / 9.0, 0.0))
+        y3 = 1.0 + np.sqrt(np.maximum((mean - local(t, np.sqrt(state[-1]))) / p["span"] + 1.0 / 9.0, 0.0))
         return float(kinetic._SHARES @ (norm.sf(z) * y3))
 
-    first = local(0.0) - 3.0 * fold * np.log(-np.expm1(-3600.0 * np.exp(-width / fold + np.euler_gamma)))
+    settled = float(excess(0.0)) * p["cold_end"] / (1.0 - p["cold_end"])
+    behind = 3.0 * fold * np.log(-np.expm1(-3600.0 * np.exp(-width / fold + np.euler_gamma)))
+    first = np.append(local(0.0, settled) - behind, settled**2)
     solution = solve_ivp(change, (0.0, time[-1]), first, "LSODA", t_eval=time, rtol=1e-9, atol=1e-9)
-    expected = np.array([order(t, front) for t, front in zip(time, solution.y.T, strict=True)])
-    path = 335.0 - 30.0 * np.cos(2.0 * np.pi * time / 50.0)
-    out = simulate(model, time, None, temperature_k=path)
+    expected = np.array([order(t, state) for t, state in zip(time, solution.y.T, strict=True)])
+    out = simulate(model, time, None, temperature_k=p["t_ref"] + excess(time))
     np.testing.assert_allclose(out.order / out.order[0], expected / expected[0], atol=1e-3)
 
 
@@ -205,51 +210,56 @@ def test_the_clamp_cools_its_end(uniform: Model) -> None:
     warmth = 1.0 - np.exp(-distance / 0.2)
     warmth /= warmth.mean()
     orders = [follow(uniform, 301.15 + w * (path - 301.15), 0.1 * w)[0] for w in warmth]
-    clamped = uniform.set({"kinetic.cold_end": 0.2, "kinetic.cold_tau": 0.1})
+    clamped = uniform.set({"kinetic.cold_end": 0.2, "kinetic.cold_tau": 1.0})
     order = follow(clamped, path, 0.1)[0]
     np.testing.assert_allclose(order, np.mean(orders, axis=0), atol=0.02 * order[0])
 
 
+@pytest.mark.parametrize(("cold_end", "tau"), [(0.13, 16.0), (0.17, 28.0)])
 @pytest.mark.parametrize("turns_s", [(1.0, 21.0, 60.0, 80.0), (1.0, 13.0, 30.0, 36.0, 44.0, 60.0)])
-def test_its_temperatures_are_those_of_a_fin(turns_s: tuple[float, ...]) -> None:
+def test_its_temperatures_are_those_of_a_fin(turns_s: tuple[float, ...], cold_end: float, tau: float) -> None:
     """The heat equation in 200 cells under a laser that goes on and off, and the profile found from its mean alone."""
-    cold_end, tau, cells, dt = 0.14, 15.0, 200, 0.02
-    time, conduction = np.arange(0.0, 120.0, dt), 0.14**2 / 15.0 * 200.0**2
+    cells, dt = 200, 0.02
+    time, conduction = np.arange(0.0, 120.0, dt), cold_end**2 / tau * cells**2
 
     def warming(t: float, excess: Floats) -> Floats:
         flow = conduction * np.diff(excess)
-        light = 4.5 * (np.searchsorted(turns_s, t, side="right") % 2)
+        light = np.searchsorted(turns_s, t, side="right") % 2
         return np.diff(flow, prepend=2.0 * conduction * excess[0], append=0.0) - excess / tau + light
 
-    fin = solve_ivp(warming, (0.0, 120.0), np.zeros(cells), "BDF", t_eval=time, rtol=1e-6, atol=1e-6, max_step=0.5).y
+    fin = solve_ivp(warming, (0.0, 120.0), np.zeros(cells), "BDF", t_eval=time, rtol=1e-6, atol=1e-7, max_step=0.5).y
     mean = fin.mean(axis=0)
-    here, change, cold = np.zeros(kinetic.FRONTS), np.zeros(kinetic.FRONTS), 0.0
+    here, change, deficit = np.zeros(kinetic.FRONTS), np.zeros(kinetic.FRONTS), 0.0
     found, expected = [], []
     for i in range(1, time.size):
-        cold = kinetic._clamped(cold, mean[i - 1], mean[i], dt, cold_end, tau)
-        kinetic._warm(here, change, mean[i], cold)
+        deficit = kinetic._deficit(deficit, mean[i - 1], mean[i], dt, cold_end, tau)
+        kinetic._warm(here, change, mean[i], deficit)
         if i % 50 == 0:
             found.append(here.copy())
             expected.append(np.interp(kinetic._DISTANCES, (np.arange(cells) + 0.5) / cells, fin[:, i]))
 
     def error(temperatures: Floats) -> float:
-        return float(np.sqrt(np.mean((temperatures - np.array(expected)) ** 2 @ kinetic._SHARES)))
+        """RMS over the strip and the time, in that of the hottest mean."""
+        squares = (temperatures - np.array(expected)) ** 2 @ kinetic._SHARES
+        return float(np.sqrt(np.mean(squares)) / mean.max())
 
     settled = -np.expm1(-kinetic._DISTANCES / cold_end)
     settled /= kinetic._SHARES @ settled
-    assert np.array(expected).max() > 40.0
-    assert error(np.array(found)) < 0.5
-    assert error(np.outer(mean[50::50], settled)) > 1.0, "a profile of one shape"
-    assert error(np.outer(mean[50::50], np.ones(kinetic.FRONTS))) > 5.0, "none"
+    assert error(np.array(found)) < 0.015
+    assert error(np.outer(mean[50::50], settled)) > 0.02, "a profile of one shape"
+    assert error(np.outer(mean[50::50], np.ones(kinetic.FRONTS))) > 0.1, "none"
 
 
-def test_its_few_fronts_stand_for_all_widths_and_places(model: Model) -> None:
-    """Plays, as hard barriers make them, of 200 widths at each of 100 places, in and out of minor loops."""
-    hard = model.set({"kinetic.barrier": 1000.0, "kinetic.cold_end": 0.12, "kinetic.cold_tau": 0.1})
+@pytest.mark.parametrize("width_spread", [0.4, 0.8])
+@pytest.mark.parametrize("cold_end", [0.0, 0.13, 0.3])
+def test_its_few_fronts_stand_for_all_widths_and_places(model: Model, cold_end: float, width_spread: float) -> None:
+    """Plays, as hard barriers make them, of 100 widths at each of 50 places, in and out of minor loops."""
+    changes = {"barrier": 1000.0, "cold_end": cold_end, "cold_tau": 1.0, "width_spread": width_spread}
+    hard = model.set({f"kinetic.{name}": value for name, value in changes.items()})
     p = {v.name: v.value for v in hard.values}
-    width = p["half_width"] * np.exp(p["width_spread"] * norm.ppf((np.arange(200) + 0.5) / 200))[:, None]
+    width = p["half_width"] * np.exp(width_spread * norm.ppf((np.arange(100) + 0.5) / 100))[:, None]
     centre = p["t_c"] + width - p["half_width"]
-    warmth = -np.expm1(-(np.arange(100) + 0.5) / 100 / p["cold_end"])
+    warmth = -np.expm1(-(np.arange(50) + 0.5) / 50 / max(cold_end, 1e-6))
     path = zigzag(301.15, 345.0, 312.0, 336.0, 320.0, 360.0, 305.0, step=0.1)
     front, orders = None, []
     for t in path:
@@ -259,10 +269,10 @@ def test_its_few_fronts_stand_for_all_widths_and_places(model: Model) -> None:
         mean = centre + p["spread"] * np.exp(norm.logpdf(z) - norm.logsf(z))
         y3 = 1.0 + np.sqrt(np.maximum((mean - here) / p["span"] + 1.0 / 9.0, 0.0))
         orders.append(np.mean(norm.sf(z) * y3))
-    order = follow(hard, path, 1.0)[0]
+    order = follow(hard, path, 0.1)[0]
     errors = order / order[0] - np.array(orders) / orders[0]
-    assert np.abs(errors).max() < 0.015
-    assert np.sqrt(np.mean(errors**2)) < 0.006
+    assert np.abs(errors).max() < 0.012
+    assert np.sqrt(np.mean(errors**2)) < 0.005
 
 
 def jump_at_reversals(model: Model) -> float:
@@ -302,10 +312,11 @@ def test_a_minor_loop_closes_and_lies_within_the_major_one(model: Model) -> None
     assert np.all(d[inside] <= np.interp(path, major[top:][::-1], outer[top:][::-1])[inside] + 1e-6)
 
 
+@pytest.mark.parametrize("cold_end", [0.0, 0.13])
 @pytest.mark.parametrize("barrier", [18.0, 60.0, 1000.0])
-def test_one_long_ramp_ends_where_many_short_ones_do(uniform: Model, barrier: float) -> None:
+def test_one_long_ramp_ends_where_many_short_ones_do(uniform: Model, barrier: float, cold_end: float) -> None:
     """Up by 45 K in one sample of 10 s, then down by 40 K in another."""
-    model = uniform.set({"kinetic.barrier": barrier})
+    model = uniform.set({"kinetic.barrier": barrier, "kinetic.cold_end": cold_end})
     whole = simulate(model, np.array([0.0, 10.0, 20.0]), None, temperature_k=np.array([300.0, 345.0, 305.0])).order
     time = np.linspace(0.0, 20.0, 4001)
     fine = simulate(model, time, None, temperature_k=np.interp(time, [0.0, 10.0, 20.0], [300.0, 345.0, 305.0])).order

@@ -18,7 +18,7 @@ const lceFigures = (array) => {
     };
   };
   const axes = (figure) => [axis(figure.xAxis, 26), axis(figure.yAxis, 58)];
-  // uPlot's own range, but 0 to 1 around nothing but zeros, where it would show 0 to 100 W of a laser that is off.
+  // uPlot's own range, but 0 to 1 around nothing but zeros, where it takes 0 to 100.
   const range = (u, min, max) => {
     if (min == null) return [null, null];
     return min === 0 && max === 0 ? [0, 1] : uPlot.rangeNum(min, max, 0.1, true);
@@ -113,7 +113,8 @@ const lceFigures = (array) => {
       }, array(y), role);
     }
     const plot = new uPlot({
-      width: room(element), height: figure.height, scales: { x: { time: false }, y: { range } }, series, bands, legend: legend(roles),
+      width: room(element), height: figure.height, scales: { x: { time: false }, y: { range } },
+      series, bands, legend: legend(roles),
       cursor: { y: false, sync: figure.linked ? { key: figure.linked } : undefined, drag: { x: true, y: false } },
       axes: axes(figure), plugins: [zoomable(["x"]), shade(figure.linked), zero, linked(figure.linked)],
     }, data, element);

@@ -8,9 +8,9 @@ and the widths of (4.12) as corrected, a1 = a3:
     dx/dt = ν [(1 - x) w13 - x w31],   w13 = (y3 - y2)² e^(-n_c ΔE21/kT),   w31 = y2² e^(-n_c ΔE23/kT)
 
 Domains differ in the middle and in the width of their loop, and in how warm their part of the strip is: the clamp cools
-its end, the farther the longer the strip has been warm. Those of one width and one place turn one after the other,
-nematic above a *front* p of their T_c and isotropic below it, and the equation of x becomes one of the front
-(docs/kinetic.md), with the slopes of the barriers at T_c. Where u = T - p > 0,
+its end, which grows while the strip is warm. Those of one width and one place turn one after the other, nematic above
+a *front* p of their T_c and isotropic below it, and the equation of x becomes one of the front (docs/kinetic.md), with
+the slopes of the barriers at T_c. Where u = T - p > 0,
 
     dp/dt = κ w (1 - e^(-u/κ)),   w = e^((u - h)/κ + γ) per second,   κ = 2 (T1 - T*)/(27 ε)
 
@@ -29,8 +29,8 @@ from lce_model.terms import Parameter, Term
 
 Floats = NDArray[np.float64]
 
-FRONTS, GENERATOR = 40, 33
-"""Of all lattices (i, g i mod 40) over widths and places, one whose points lie farthest apart."""
+FRONTS, GENERATOR = 40, 17
+"""A lattice (i, g i mod 40) over widths and places: of those whose points lie farthest apart, the most accurate."""
 COOLING = 3.0
 """The barrier of the isotropic well grows with T - T_c a third as fast as that of the nematic one falls."""
 _GAMMA = 0.5772156649
@@ -46,10 +46,9 @@ def _fronts() -> tuple[Floats, Floats, Floats]:
 
     No two share a width or a place; the places are denser towards the clamp, where it is colder.
     """
-    i = np.arange(FRONTS)
-    roots = (i * GENERATOR % FRONTS + 0.5) / FRONTS
+    roots = (np.arange(FRONTS) * GENERATOR % FRONTS + 0.5) / FRONTS
     shares = roots / roots.sum()
-    deviates = np.array([NormalDist().inv_cdf((k + 0.5) / FRONTS) for k in i])
+    deviates = np.array([NormalDist().inv_cdf(q) for q in np.cumsum(shares) - 0.5 * shares])
     deviates -= shares @ deviates
     return deviates / np.sqrt(shares @ deviates**2), roots**2, shares
 
@@ -103,21 +102,24 @@ def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: f
 
 
 @register_jitable
-def _clamped(cold: float, before: float, excess: float, dt: float, cold_end: float, cold_tau: float) -> float:
-    """How much colder the strip is in the mean for being clamped [K], as its mean moves from ``before`` to ``excess``.
+def _deficit(deficit: float, before: float, excess: float, dt: float, cold_end: float, cold_tau: float) -> float:
+    """How much of its warmth the clamp takes from the strip, E [K] in the mean, as the mean goes to ``excess``.
 
-    dE²/dt = 2/τ (c² θ² - E²) with θ = excess + E far from the clamp: the heat balance of a layer whose deficit falls
-    off exponentially. Solved for the mean of θ² over the ramp, with the E before it.
+    dE²/dt = 2/τ (c² θ² - E²), θ = |excess| + E far from the clamp: the heat balance of a layer whose deficit falls off
+    exponentially. Solved for the mean of θ² over the ramp, with the E before it.
     """
-    a, b = abs(before) + cold, abs(excess) + cold
+    a, b = abs(before) + deficit, abs(excess) + deficit
     goal = cold_end * cold_end * (a * a + a * b + b * b) / 3.0
-    return math.sqrt(goal + (cold * cold - goal) * math.exp(-2.0 * dt / cold_tau))
+    return math.sqrt(goal + (deficit * deficit - goal) * math.exp(-2.0 * dt / cold_tau))
 
 
 @register_jitable(fastmath={"reassoc", "nsz"})
-def _warm(here: Floats, change: Floats, excess: float, cold: float) -> None:
-    """Temperatures at the places of the fronts, whose mean is ``excess``; all in K above ``t_ref``."""
-    per_length = (abs(excess) + cold + 1e-9) / (cold + 1e-9)
+def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
+    """Bring the places of the fronts from their last temperatures to those whose mean is ``excess``; by how much.
+
+    All in K above ``t_ref``.
+    """
+    per_length = (abs(excess) + deficit + 1e-9) / (deficit + 1e-9)
     mean = 0.0
     for i in range(FRONTS):
         change[i] = 1.0 - _boltzmann(min(_DISTANCES[i] * per_length, 60.0))
@@ -199,11 +201,11 @@ def start(
     reference, possible = _nematic(front, centre, here, spread, span)
     reference = max(reference, 1e-6 * possible)
     excess = order_temperature - t_ref
-    cold = abs(excess) * cold_end / (1.0 - cold_end)
-    _warm(here, change, excess, cold)
+    deficit = abs(excess) * cold_end / (1.0 - cold_end)
+    _warm(here, change, excess, deficit)
     _settle(front, here, delay, kappa)
     nematic, possible = _nematic(front, centre, here, spread, span)
-    return excess, cold, reference, nematic / possible, possible / reference, 1.0
+    return excess, deficit, reference, nematic / possible, possible / reference, 1.0
 
 
 def step(
@@ -217,7 +219,7 @@ def step(
     delay: Floats,
     at_rest: Floats,
     before: float,
-    cold: float,
+    deficit: float,
     reference: float,
     span: float,
     barrier: float,
@@ -228,16 +230,16 @@ def step(
 ) -> tuple[float, float, float, float, float, float]:
     """Share x, weighted by y3, and mean y3 in units of the order at rest at ``t_ref``."""
     excess = order_temperature - t_ref
-    cold = _clamped(cold, before, excess, dt, cold_end, cold_tau)
-    _warm(here, change, excess, cold)
+    deficit = _deficit(deficit, before, excess, dt, cold_end, cold_tau)
+    _warm(here, change, excess, deficit)
     _turn(front, here, change, delay, at_rest, dt, _kappa(span, barrier))
     nematic, possible = _nematic(front, centre, here, math.hypot(spread, transition_spread), span)
-    return excess, cold, reference, nematic / possible, possible / reference, 1.0
+    return excess, deficit, reference, nematic / possible, possible / reference, 1.0
 
 
 _SOURCE = "plausible: a loop between those of (4.22) and (5.10)"
 _FIN = "computed for a perfect clamp: 0.13–0.17"
-_TAU = "m c / (h A) of a 0.3 mm strip: 14–28 s"
+_TAU = "m c / (h A) of a 0.3 mm strip: 16–28 s"
 
 KINETIC = Term(
     name="kinetic",
@@ -252,11 +254,11 @@ KINETIC = Term(
         Parameter("barrier", "1", 18.0, 0.5, 1000.0, "barrier n_c ΔE/kT at t_c", _SOURCE, "log"),
         Parameter("spread", "K", 6.0, 0.1, 40.0, "spread of the middles of the domains' loops", _SOURCE, "log"),
         Parameter("width_spread", "1", 0.4, 0.0, 1.0, "spread of the logarithm of their half_width", _SOURCE),
-        Parameter("cold_end", "1", 0.05, 0.0, 0.5, "length that the clamp cools in the end, in strip lengths", _FIN),
-        Parameter("cold_tau", "s", 18.0, 0.1, 1000.0, "how long that takes, τ of the heat balance", _TAU, "log"),
-        Parameter("t_ref", "K", 301.15, 250.0, 400.0, "temperature at which λ = 1 at rest", _SOURCE),
+        Parameter("cold_end", "1", 0.13, 0.0, 0.5, "length that the clamp cools in the end, in strip lengths", _FIN),
+        Parameter("cold_tau", "s", 18.0, 1.0, 1000.0, "how long that takes, τ of the heat balance", _TAU, "log"),
+        Parameter("t_ref", "K", 301.15, 250.0, 400.0, "temperature at rest, of the clamp, too; λ = 1", _SOURCE),
     ),
-    states=("before", "cold", "reference"),
+    states=("before", "deficit", "reference"),
     arrays=(
         ("front", FRONTS),
         ("centre", FRONTS),
