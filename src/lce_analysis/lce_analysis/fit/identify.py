@@ -17,7 +17,16 @@ from numpy.typing import NDArray
 
 from lce_analysis.experiment import Run
 from lce_analysis.fit.first_guess import search_box, thinned, with_curves_guess, with_thermal_guess
-from lce_analysis.fit.least_squares import EPSILON, Optimum, Progress, evolve, levenberg_marquardt, scattered, silent
+from lce_analysis.fit.least_squares import (
+    EPSILON,
+    TOLERANCE,
+    Optimum,
+    Progress,
+    evolve,
+    levenberg_marquardt,
+    scattered,
+    silent,
+)
 from lce_analysis.fit.parallel import each
 from lce_analysis.fit.problem import Problem, blocks_of, start_conditions, with_thermal_state
 from lce_analysis.fit.result import FitResult, concluded
@@ -50,6 +59,9 @@ REFINED = 6
 """Members of each population that are refined by least squares."""
 REWEIGHTED = 3
 """Rounds of the joint fit."""
+NEGLIGIBLE = 0.05
+"""Change of the sum of squares, in units of the misfit, over which the joint fit ends: no parameter has more than a
+fifth of a standard error to go at that step."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
 
@@ -153,8 +165,8 @@ class _Search:
         floors = [noise_floor(s) for s in series if s is not None]
         return float(np.sqrt(np.mean(np.square(floors)))) if floors else None
 
-    def _polish(self, problem: Problem, label: str, iterations: int = 100) -> Optimum:
-        optimum = levenberg_marquardt(problem, problem.first(), label, self.progress, iterations)
+    def _polish(self, problem: Problem, label: str, tolerance: float = TOLERANCE) -> Optimum:
+        optimum = levenberg_marquardt(problem, problem.first(), label, self.progress, 100, tolerance)
         self._count(optimum)
         return optimum
 
@@ -311,7 +323,7 @@ class _Search:
             )
             if self.interrupted:
                 return problem
-            self._adopt(problem, self._polish(problem, "both stages").variables)
+            self._adopt(problem, self._polish(problem, "both stages", NEGLIGIBLE / problem.size).variables)
             problem = replace(problem, model=self.model, starts_k=self.starts)
             before = sigma_t, sigma_d
             sigma_t, sigma_d = self._misfit(problem, CAMERA), self._misfit(problem, DISTANCE)

@@ -24,6 +24,7 @@ CROSSOVER: Final = 0.9
 DIFFERENTIAL_WEIGHT: Final = 0.8
 EPSILON: Final = 1e-4
 """ε1 of §5.3, on the error as (4.18) is printed."""
+TOLERANCE: Final = 1e-9
 POPULATION: Final = 10
 """Candidates per parameter."""
 FIRST_CANDIDATES: Final = 4000
@@ -40,7 +41,7 @@ class Optimum:
 
 
 def levenberg_marquardt(
-    problem: Problem, start: Floats, label: str, progress: Progress, iterations: int = 100, tolerance: float = 1e-9
+    problem: Problem, start: Floats, label: str, progress: Progress, iterations: int = 100, tolerance: float = TOLERANCE
 ) -> Optimum:
     """MINPACK's Levenberg–Marquardt; a KeyboardInterrupt ends it with the best variables so far.
 
