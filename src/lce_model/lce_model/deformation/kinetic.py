@@ -39,8 +39,9 @@ _REST_S = 3600.0
 """How long a strip has been at rest before it starts, cooled from above."""
 _MOST = 30.0
 """A front gives way at the latest where it turns e^30 times a second, as often as a molecule tries."""
-_FAST = {"reassoc", "nsz", "contract"}
-"""Sums in any order, and fused products: what lets the compiler move several fronts at once."""
+_SUMS, _PRODUCTS = {"reassoc", "nsz"}, {"contract"}
+"""Sums in any order, and products fused with them: what lets the compiler take several fronts at once. Not both in one
+function: the last bit would depend on the other terms of the model."""
 
 
 def _fronts() -> tuple[Floats, Floats, Floats]:
@@ -58,7 +59,7 @@ def _fronts() -> tuple[Floats, Floats, Floats]:
 _DEVIATES, _DISTANCES, _SHARES = _fronts()
 
 
-@register_jitable(fastmath=_FAST)
+@register_jitable(fastmath=_PRODUCTS)
 def _boltzmann(a: float) -> float:
     """e^-a to 1e-3 for -25 < a < 25, to 5 % for -60 < a < 60; unlike exp, it becomes vector instructions."""
     a *= 1.0 / 256.0
@@ -73,7 +74,7 @@ def _boltzmann(a: float) -> float:
     return r * r
 
 
-@register_jitable(fastmath=_FAST)
+@register_jitable(fastmath=_PRODUCTS)
 def _above(z: float) -> tuple[float, float]:
     """The share of a normal distribution above ``z``, and its mean; Abramowitz & Stegun 7.1.26, as erfc is a call.
 
@@ -89,7 +90,7 @@ def _above(z: float) -> tuple[float, float]:
     return 1.0 - tail, 0.3989422804 * density / (1.0 - tail)
 
 
-@register_jitable(fastmath=_FAST)
+@register_jitable(fastmath=_SUMS)
 def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: float) -> tuple[float, float]:
     """(Σ x y3, Σ y3), y3 at the mean T_c of the nematic domains of a front; temperatures in K above ``t_ref``."""
     nematic = possible = 0.0
@@ -115,7 +116,7 @@ def _deficit(deficit: float, before: float, excess: float, dt: float, cold_end: 
     return math.sqrt(goal + (deficit * deficit - goal) * math.exp(-2.0 * dt / cold_tau))
 
 
-@register_jitable(fastmath=_FAST)
+@register_jitable(fastmath=_SUMS)
 def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
     """Bring the places of the fronts from their last temperatures to those whose mean is ``excess``; by how much.
 
@@ -133,7 +134,7 @@ def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
         here[i] = now
 
 
-@register_jitable(fastmath=_FAST)
+@register_jitable(fastmath=_PRODUCTS)
 def _turn(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: Floats, dt: float, kappa: float) -> None:
     """Move the fronts along a ramp of their temperatures, by ``change`` to ``here``; all in K above ``t_ref``.
 
