@@ -94,7 +94,7 @@ def test_a_target_for_which_the_laser_is_too_weak_is_out_of_reach() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["5"], "5.000 mm is out of reach: the strip reaches 0.000 to 3.183 mm"),
+        (["5"], "5.000 mm is out of reach: the strip reaches 0.000 to 3.177 mm"),
         (["1", "-0.2"], "-0.200 mm is out of reach"),
         (["nan"], "out of reach"),
         (["1", "--hold", "0.1"], "--hold 0.1: must be within"),
