@@ -178,7 +178,7 @@ class Laser(BenchNode):
 
     def _check_clock(self) -> None:
         # Timers follow the node's clock: were it set back an hour, the laser would shine for an hour.
-        # One check without a tick may have come first after the machine stood still; then the tick comes next.
+        # After a machine that stood still a late check may be followed at once by the next, before the next tick.
         self._quiet_checks = self._quiet_checks + 1 if self.ticks == self._seen_ticks else 0
         if self._quiet_checks >= QUIET_CHECKS:
             raise NodeFault(f"laser: no tick for {QUIET_CHECKS * CLOCK_CHECK_S:g} s: the system clock was set back")

@@ -205,6 +205,16 @@ def test_a_clock_that_stands_still_ends_the_node(bench: Graph) -> None:
         bench.spin_for(2.0)
 
 
+def test_a_machine_that_stands_still_is_no_clock_that_was_set_back(bench: Graph) -> None:
+    """It goes on a moment before the check of the clock is due once more, so that two of them come at once."""
+    laser = bench.add(Laser, temperature_required=False)
+    bench.spin_for(0.3)
+    (check,) = (timer for timer in laser.timers if timer.clock is not laser.get_clock())
+    for _ in range(20):
+        time.sleep(1e-9 * (check.time_until_next_call() + check.timer_period_ns) - 0.003)
+        bench.spin_for(0.1)
+
+
 def test_a_bad_parameter_is_one_line_and_status_1(bench: Graph) -> None:
     process = bench.start(LASER, temperature_required="false", max_power_w=99.0)
     out, error = process.communicate(timeout=20)

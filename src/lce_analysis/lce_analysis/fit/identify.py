@@ -60,8 +60,8 @@ REFINED = 6
 REWEIGHTED = 3
 """Rounds of the joint fit."""
 NEGLIGIBLE = 0.05
-"""Change of the sum of squares, in units of the misfit, over which the joint fit ends: no parameter has more than a
-fifth of a standard error to go at that step."""
+"""The joint fit ends at a step that changes the sum of squares, in units of the misfit, by less: a fifth of a standard
+error."""
 NOISE_LEVEL = 1.05
 """RMS residual in units of the noise at which a search is over."""
 

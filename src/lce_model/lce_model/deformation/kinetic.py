@@ -30,7 +30,7 @@ from lce_model.terms import Parameter, Term
 Floats = NDArray[np.float64]
 
 FRONTS, GENERATOR = 40, 17
-"""A lattice (i, g i mod 40) over widths and places: of those whose points lie farthest apart, the most accurate."""
+"""A lattice (i, g i mod 40) over widths and places: one of those whose points lie farthest apart."""
 COOLING = 3.0
 """The barrier of the isotropic well grows with T - T_c a third as fast as that of the nematic one falls."""
 _GAMMA = 0.5772156649
