@@ -14,7 +14,7 @@ build:  ## build the workspace again, as after a new entry point
 	@tools/setup.sh --build
 
 demo: setup  ## a strip with a hidden effect: recorded, fitted, compared, diagnosed, mended
-	@$(RUN) python -m lce_bringup.demo
+	@$(RUN) python -m lce_app.demo
 
 test: setup  ## every test (one of them: tools/env.sh pytest -k NAME)
 	@$(RUN) tools/test.sh
@@ -26,19 +26,19 @@ format: setup  ## ruff's formatter and its safe fixes
 	@$(RUN) bash -c 'ruff format . && ruff check --fix .'
 
 tables: setup  ## the dissertation's tables beside ours
-	@$(RUN) python test/tables.py
+	@$(RUN) python validation/tables.py
 
 hidden: setup  ## the diagnosis on strips that hide an effect (two hours; HIDDEN="--minutes 30")
-	@$(RUN) python test/hidden/suite.py --out docs/hidden.md $(HIDDEN)
+	@$(RUN) python validation/hidden/suite.py --out docs/hidden.md $(HIDDEN)
 
 comparison: setup  ## the deformation models beside each other, on seen and unseen runs
-	@$(RUN) python test/comparison.py
+	@$(RUN) python validation/comparison.py
 
 control: setup  ## the modes of control beside each other and the bang-bang limit (10 minutes)
-	@$(RUN) python test/control_comparison.py
+	@$(RUN) python validation/control_comparison.py
 
 bench: setup  ## speed, latency, jitter
-	@$(RUN) python test/benchmarks/run.py
+	@$(RUN) python benchmarks/run.py
 
 lock:  ## resolve requirements/venv.in anew (needs Python 3.11)
 	@python3.11 tools/lock.py

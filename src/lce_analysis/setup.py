@@ -7,7 +7,7 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={f"{PACKAGE}.report": ["*.html", "*.css", "*.js"]},
+    package_data={PACKAGE: ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -17,6 +17,6 @@ setup(
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="From recorded runs to identified models, residuals and reports. No ROS.",
+    description="From runs to identified models, comparisons, diagnoses and designed experiments. The Python API.",
     license="Apache-2.0",
 )

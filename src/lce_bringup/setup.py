@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
 
-from setuptools import find_packages, setup
+from setuptools import setup
 
 PACKAGE = "lce_bringup"
 
@@ -20,27 +20,26 @@ def by_folder() -> list[tuple[str, list[str]]]:
 setup(
     name=PACKAGE,
     version="0.1.0",
-    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={f"{PACKAGE}.workbench": ["*.css", "*.js"]},
+    packages=[],  # launch, configuration, models and layouts; no logic
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         *by_folder(),
-        ("bin", ["bin/lce"]),  # `lce` on PATH; the script of the same name under lib/ serves `ros2 run`
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="Launch, configuration, experiment player, recorder and the lce command, on top of all the others.",
+    description="Launch files, configuration, models and layouts. No logic.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "experiment_player = lce_bringup.experiment_player_node:main",
-            "target_player = lce_bringup.target_player_node:main",
-            "recorder = lce_bringup.recorder_node:main",
-            "lce = lce_bringup.cli:main",
+            # `ros2 run lce_bringup NAME`, as it was before these had packages of their own.
+            "experiment_player = lce_experiment.nodes.experiment_player_node:main",
+            "target_player = lce_experiment.nodes.target_player_node:main",
+            "recorder = lce_experiment.nodes.recorder_node:main",
+            "lce = lce_app.cli.main:main",
         ],
     },
 )

@@ -20,11 +20,11 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "feedforward = lce_control.feedforward_node:main",
-            "inner_controller = lce_control.inner_controller_node:main",
-            "outer_controller = lce_control.outer_controller_node:main",
-            "model_controller = lce_control.model_controller_node:main",
-            "single_controller = lce_control.single_controller_node:main",
+            "feedforward = lce_control.nodes.feedforward_node:main",
+            "inner_controller = lce_control.nodes.inner_controller_node:main",
+            "outer_controller = lce_control.nodes.outer_controller_node:main",
+            "model_controller = lce_control.nodes.model_controller_node:main",
+            "single_controller = lce_control.nodes.single_controller_node:main",
         ],
     },
 )

@@ -20,10 +20,10 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "laser = lce_drivers.laser_node:main",
-            "thermal_camera = lce_drivers.thermal_camera_node:main",
-            "distance_sensor = lce_drivers.distance_sensor_node:main",
-            "simulator = lce_drivers.simulator_node:main",
+            "laser = lce_drivers.laser.laser_node:main",
+            "thermal_camera = lce_drivers.camera.thermal_camera_node:main",
+            "distance_sensor = lce_drivers.distance.distance_sensor_node:main",
+            "simulator = lce_drivers.simulation.simulator_node:main",
         ],
     },
 )

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lce_analysis.experiment import Run, Series
+from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
 Floats = NDArray[np.float64]
@@ -43,14 +42,12 @@ def recorded(strip: Model) -> Callable[..., Run]:
         seen_t = made.temperature_k[::10] + CAMERA_K * rng.standard_normal(time[::10].size)
         seen_d = made.displacement_m + extra(time, made.temperature_k, made.displacement_m)
         seen_d = seen_d + DISTANCE_M * rng.standard_normal(time.size)
-        return Run(
-            name=name,
-            path=Path(f"{name}.csv"),
-            sha256="0" * 64,
+        return Run.of(
+            name,
             power=Series(time, power_w),
             temperature=Series(time[::10], seen_t) if temperature else None,
             displacement=Series(time, seen_d) if displacement else None,
-            conditions={},
+            sha256="0" * 64,
         )
 
     return record

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Intervals from resampled residuals: those of least squares where it is right, wider where noise is correlated."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.fit import fit
-from lce_analysis.fit.bootstrap import bootstrap
-from lce_analysis.fit.least_squares import silent
+from lce_analysis.identification import fit
+from lce_analysis.identification.bootstrap import bootstrap
+from lce_data.progress import silent
+from lce_data.run import Run, Series
 from lce_model import default_model, simulate
 
 HEATER = default_model("lumped", "none").set({"lumped.tau": 31.0, "lumped.gain": 22.0})
@@ -25,7 +23,7 @@ def runs(seed: int, phi: float = 0.0) -> list[Run]:
         white = np.random.default_rng((seed, k)).standard_normal(time.size)
         noise = 0.06 * np.sqrt(1.0 - phi**2) * lfilter([1.0], [1.0, -phi], white)
         made = simulate(HEATER, time, power).temperature_k + noise
-        found.append(Run(f"run-{k}", Path(), "", Series(time, power), Series(time, made), None, {}))
+        found.append(Run.of(f"run-{k}", Series(time, power), Series(time, made)))
     return found
 
 
@@ -75,7 +73,7 @@ def test_a_model_that_jumps_does_not_know_its_time_constant_to_the_sample() -> N
     moved = Series(time, made.displacement_m + 4e-6 * noise.standard_normal(time.size))
     # Few parameters: the search for the others takes seconds.
     fixed = [v.key for v in strip.values if v.term == "equilibrium" and v.name not in ("t_star_r", "t_star_c")]
-    found = fit(strip.fix(fixed), [Run("run", Path(), "", Series(time, power), warm, moved, {})])
+    found = fit(strip.fix(fixed), [Run.of("run", Series(time, power), warm, moved)])
     drawn = bootstrap(found.problem, 12, 0, silent)
     spread = dict(zip(drawn.keys, drawn.draws.std(axis=0), strict=True))["lumped.tau"]
     error = found.model.values[found.model.index("lumped.tau")].standard_error

@@ -3,16 +3,18 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lce_analysis.compare import as_json, compare
-from lce_analysis.experiment import Run, Series
-from lce_analysis.residuals import autocorrelation, cross_correlation, profile
-from lce_model import KELVIN, LceError, Model
+from lce_analysis.comparison.compare import as_json, compare
+from lce_analysis.comparison.residuals import autocorrelation, cross_correlation, profile
+from lce_data.channels import DISPLACEMENT
+from lce_data.errors import LceError
+from lce_data.run import Run, Series
+from lce_data.units import KELVIN
+from lce_model import Model
 
 Floats = NDArray[np.float64]
 Record = Callable[..., Run]
@@ -159,6 +161,6 @@ def test_nothing_to_compare_is_an_error(strip: Model, recorded: Record) -> None:
 def test_a_constant_measurement_is_an_error_that_names_the_run(strip: Model, recorded: Record) -> None:
     run = recorded("stuck")
     assert run.displacement is not None
-    stuck = replace(run, displacement=Series(run.displacement.time_s, np.full_like(run.displacement.value, 1e-3)))
+    stuck = run.with_series(DISPLACEMENT, Series(run.displacement.time_s, np.full_like(run.displacement.value, 1e-3)))
     with pytest.raises(LceError, match=r"^stuck: displacement: the measurement is constant"):
         compare(strip, [stuck])

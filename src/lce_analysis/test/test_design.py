@@ -4,8 +4,10 @@
 import numpy as np
 import pytest
 
-from lce_analysis.design import Limits, design
-from lce_model import KELVIN, LceError, default_model
+from lce_analysis.design.design import Limits, design
+from lce_data.errors import LceError
+from lce_data.units import KELVIN
+from lce_model import default_model
 
 
 def _silent(label: str, done: int, total: int, rms: float) -> None:

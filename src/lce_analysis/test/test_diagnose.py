@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small campaigns with something hidden; how well the method does is measured in test/hidden."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from lce_analysis.diagnose import add, diagnose
-from lce_analysis.experiment import Run, Series
-from lce_model import LceError, Model, default_model, simulate
+from lce_analysis.diagnosis import add, diagnose
+from lce_data.errors import LceError
+from lce_data.run import Run, Series
+from lce_data.waveforms import RATE_HZ, SHAPES
+from lce_model import Model, default_model, simulate
 from lce_model.effects import find
-from lce_model.waveforms import RATE_HZ, SHAPES
 
 BASE = default_model("lumped", "equilibrium")
 CANDIDATES = [find(name) for name in ("creep", "thermal_gradient", "ambient_drift", "displacement_drift")]
@@ -33,7 +32,7 @@ def _run(name: str, strip: Model, disturbed: float = 0.0, seed: int = 0) -> Run:
     temperature = true.measured_temperature_k[camera] + 0.06 * noise.standard_normal(time[camera].size)
     displacement = true.measured_displacement_m + 4e-6 * noise.standard_normal(time.size)
     series = Series(time, power), Series(time[camera], temperature), Series(time, displacement)
-    return Run(name, Path(name), name, *series, {})
+    return Run.of(name, *series, sha256=name)
 
 
 def _campaign(strip: Model, **options: float) -> tuple[list[Run], list[Run]]:

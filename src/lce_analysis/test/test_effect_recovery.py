@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every effect is found again from noisy data made with it, the parameters of the strip free beside it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.fit import FitResult, fit
-from lce_analysis.predict import predict
+from lce_analysis.identification import FitResult, fit
+from lce_analysis.prediction import predict
+from lce_data.run import Run, Series
+from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, default_model, simulate
 from lce_model.effects import find, library
-from lce_model.waveforms import RATE_HZ, SHAPES
 
 CAMERA_K, DISTANCE_M = 0.06, 4e-6
 STRIP = default_model("lumped", "equilibrium")
@@ -36,7 +34,7 @@ def _run(kind: str, strip: Model) -> Run:
     temperature = true.measured_temperature_k[::10] + CAMERA_K * noise.standard_normal(time[::10].size)
     displacement = true.measured_displacement_m + DISTANCE_M * noise.standard_normal(time.size)
     series = Series(time, power), Series(time[::10], temperature), Series(time, displacement)
-    return Run(kind, Path(kind), kind, *series, {})
+    return Run.of(kind, *series, sha256=kind)
 
 
 def _hidden(name: str) -> Model:

@@ -3,14 +3,15 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.fit import fit, fit_each, identify
-from lce_model import LceError, Model, default_model, simulate
+from lce_analysis.identification import fit, fit_each, identify
+from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
+from lce_data.errors import LceError
+from lce_data.run import Run, Series
+from lce_model import Model, default_model, simulate
 
 HEATER = default_model("lumped", "none").set({"lumped.tau": 31.0, "lumped.gain": 22.0, "ambient.t_env": 296.0})
 
@@ -29,7 +30,7 @@ def runs_of(strip: Model, seed: int, count: int = 2, duration_s: float = 90.0) -
         if strip.deformation != "none":
             displacement = Series(time, made.displacement_m + 4e-6 * rng.standard_normal(time.size))
         temperature = Series(time[seen], noisy)
-        found.append(Run(f"run-{k}", Path(), f"{k}" * 64, Series(time, power), temperature, displacement, {}))
+        found.append(Run.of(f"run-{k}", Series(time, power), temperature, displacement, f"{k}" * 64))
     return found
 
 
@@ -85,12 +86,12 @@ def test_one_parameter_set_for_each_run() -> None:
 def test_a_run_that_begins_under_power_has_a_step_in_it() -> None:
     (run,) = runs_of(HEATER, 0, 1)
     time, noise = np.arange(0.0, 90.0, 0.1), 0.06 * np.random.default_rng(0).standard_normal(900)
-    lit = replace(run, power=Series(time, np.full_like(time, 0.8)))
+    lit = run.with_series(POWER, Series(time, np.full_like(time, 0.8)))
     warming = Series(time, simulate(HEATER, time, np.full_like(time, 0.8)).temperature_k + noise)
-    found = fit(default_model("lumped", "none"), [replace(lit, temperature=warming)])
+    found = fit(default_model("lumped", "none"), [lit.with_series(TEMPERATURE, warming)])
     assert found.model["lumped.tau"] == pytest.approx(31.0, rel=0.02)
     with pytest.raises(LceError, match=r"run-0: the laser power is 0\.8 W throughout; nothing can be identified"):
-        fit(default_model("lumped", "none"), [replace(lit, temperature=Series(time, 320.0 + noise))])
+        fit(default_model("lumped", "none"), [lit.with_series(TEMPERATURE, Series(time, 320.0 + noise))])
 
 
 def test_ctrl_c_leaves_the_best_so_far() -> None:
@@ -113,7 +114,7 @@ def test_ctrl_c_leaves_the_best_so_far() -> None:
     ("change", "told"),
     [
         (lambda runs: [], "no runs to fit"),
-        (lambda runs: [replace(r, displacement=None) for r in runs], "no run has a displacement"),
+        (lambda runs: [r.with_series(DISPLACEMENT, None) for r in runs], "no run has a displacement"),
         (
             lambda runs: [
                 replace(r, conditions={"conditions": {"strip_length_m": x}})
@@ -122,7 +123,7 @@ def test_ctrl_c_leaves_the_best_so_far() -> None:
             r"strips of different length .*run-0: 0\.01 m, run-1: 0\.02 m",
         ),
         (
-            lambda runs: [runs[0], replace(runs[1], power=Series(runs[1].power.time_s, 0.0 * runs[1].power.value))],
+            lambda runs: [runs[0], runs[1].with_series(POWER, Series(runs[1].power.time_s, 0.0 * runs[1].power.value))],
             r"run-1: the laser power is 0 W throughout",
         ),
     ],

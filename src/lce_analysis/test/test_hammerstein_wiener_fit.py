@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Hammerstein–Wiener model found from runs of a strip that is not linear in the power."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.fit import fit
+from lce_analysis.identification import fit
+from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
 NOISE_K = 0.06
@@ -22,7 +20,7 @@ def recorded(name: str, power_w: np.ndarray, seed: int) -> Run:
     time = np.arange(power_w.size) * 0.01
     temperature = simulate(STRIP, time, power_w).temperature_k[::10]
     noisy = temperature + NOISE_K * np.random.default_rng(seed).standard_normal(temperature.size)
-    return Run(name, Path(name), name, Series(time, power_w), Series(time[::10], noisy), None, {})
+    return Run.of(name, Series(time, power_w), Series(time[::10], noisy), sha256=name)
 
 
 def zigzag(corners_w: list[float]) -> np.ndarray:

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from lce_analysis.fit.identifiability import identifiability
+from lce_analysis.identification.identifiability import identifiability
 
 TIME = np.linspace(0.0, 1.0, 200)
 COLUMNS = 100.0 * np.column_stack([np.sin(3.0 * TIME), np.cos(5.0 * TIME), TIME**2])

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """T→d driven by a noisy camera: the direction does not flicker, and the displacement stays right."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.predict import predict
+from lce_analysis.comparison.metrics import nrmse
+from lce_analysis.prediction import predict
+from lce_data.run import Run, Series
+from lce_data.waveforms import SHAPES
 from lce_model import Model, default_model, simulate
-from lce_model.metrics import nrmse
-from lce_model.waveforms import SHAPES
 
 NOISE_K = (0.02, 0.06, 0.1, 0.2, 0.5)
 SHORT = {
@@ -28,7 +26,7 @@ def recorded(model: Model, noise_k: float, shape: str) -> tuple[Run, int]:
     out = simulate(model, times, power)
     warm = out.temperature_k[::10] + noise_k * np.random.default_rng(1).standard_normal(times[::10].size)
     series = Series(times, power), Series(times[::10], warm), Series(times, out.displacement_m)
-    return Run(shape, Path(shape), shape, *series, {}), turns(out.direction)
+    return Run.of(shape, *series), turns(out.direction)
 
 
 def turns(direction: np.ndarray) -> int:

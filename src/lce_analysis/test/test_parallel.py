@@ -5,8 +5,8 @@ from functools import partial
 
 from joblib import parallel_config
 
-from lce_analysis.fit.least_squares import Progress
-from lce_analysis.fit.parallel import each
+from lce_analysis.identification.parallel import each
+from lce_data.progress import Progress
 
 
 def _square(x: int, progress: Progress) -> int:

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.predict import Sampling, predict, prepare, smoothed, start_temperature, starts_at
-from lce_model import LceError, Model, default_model, simulate
+from lce_analysis.prediction import Sampling, predict, simulation_input, smoothed, start_temperature, starts_at
+from lce_data.channels import POWER
+from lce_data.errors import LceError
+from lce_data.run import Run, Series
+from lce_model import Model, default_model, simulate
 
 Record = Callable[..., Run]
 
@@ -34,21 +36,21 @@ def test_power_is_held_from_sample_to_sample(strip: Model, recorded: Record) -> 
     assert run.power is not None
     changes = np.append(np.flatnonzero(np.diff(run.power.value, prepend=np.nan)), run.power.time_s.size - 1)
     seldom = Series(run.power.time_s[changes], run.power.value[changes])
-    dense, sparse = predict(strip, run), predict(strip, replace(run, power=seldom))
+    dense, sparse = predict(strip, run), predict(strip, run.with_series(POWER, seldom))
     assert sparse.temperature_k[:-1] == pytest.approx(dense.temperature_k[changes[:-1]], abs=1e-6)
 
 
 def test_sensors_that_outlive_the_power_are_predicted_to_their_end(strip: Model, recorded: Record) -> None:
     run = recorded(duration_s=40.0)
     assert run.power is not None and run.displacement is not None
-    short = replace(run, power=Series(run.power.time_s[:3000], run.power.value[:3000]))
+    short = run.with_series(POWER, Series(run.power.time_s[:3000], run.power.value[:3000]))
     found = predict(strip, short)
     assert found.time_s[-1] == run.displacement.time_s[-1]
     assert found.temperature_k[-1] < found.temperature_k[2999]  # still dark
 
 
 def test_a_run_at_rest_starts_exactly_at_the_ambient_temperature(strip: Model, recorded: Record) -> None:
-    prepared = prepare(recorded(duration_s=20.0), strip)
+    prepared = simulation_input(recorded(duration_s=20.0), strip)
     ambient = strip["ambient.t_env"]
     assert prepared.start_k != ambient  # of noisy samples
     assert starts_at(prepared, ambient)
@@ -70,7 +72,7 @@ def test_a_run_that_starts_warm_starts_where_all_samples_say(strip: Model, recor
     )
     warm = replace(run, **cut)
     # Nearer than the first camera sample alone (0.06 K) could be trusted to be.
-    assert start_temperature(prepare(warm, strip), strip) == pytest.approx(truth, abs=0.02)
+    assert start_temperature(simulation_input(warm, strip), strip) == pytest.approx(truth, abs=0.02)
 
 
 def test_the_measured_temperature_drives_without_its_noise(strip: Model, recorded: Record) -> None:
@@ -80,7 +82,7 @@ def test_the_measured_temperature_drives_without_its_noise(strip: Model, recorde
     assert found.displacement_at_samples_m is not None
     rms = float(np.sqrt(np.mean((found.displacement_at_samples_m - run.displacement.value) ** 2)))
     assert rms < 30e-6  # 0.06 K on the slope of the loop would be more than 5 µm, a flickering branch 1 mm
-    bare = predict(strip, replace(run, power=None))  # a bare T–d loop
+    bare = predict(strip, run.with_series(POWER, None))  # a bare T–d loop
     assert bare.temperature_at_samples_k is None
     assert bare.displacement_at_samples_m is not None
 

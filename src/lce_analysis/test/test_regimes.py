@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lce_analysis.regimes import Regime, error_shares, regime, spans
-from lce_model import KELVIN
+from lce_analysis.comparison.conditions import Regime, error_shares, regime, spans
+from lce_data.units import KELVIN
 
 Floats = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from lce_analysis.diagnose.score import p_value, project
+from lce_analysis.diagnosis.projection import p_value, project
 
 RNG = np.random.default_rng(2)
 N = 4000
@@ -36,8 +36,8 @@ def test_a_free_parameter_without_effect_does_no_harm() -> None:
 
 def test_likeness_is_measured_after_projection() -> None:
     seen = project(_gram(TRUE + 5.0 * FREE[:, 0], TRUE - 4.0 * FREE[:, 1], OTHER, TRUE), 3)
-    assert seen.likeness[0, 1] == pytest.approx(1.0)
-    assert seen.likeness[0, 2] < 0.1
+    assert seen.collinearity[0, 1] == pytest.approx(1.0)
+    assert seen.collinearity[0, 2] < 0.1
 
 
 def test_evidence_of_pure_noise_is_chi_squared() -> None:

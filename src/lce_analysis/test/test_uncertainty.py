@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Profiles and bands: what they say of data whose truth is known."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from lce_analysis.experiment import Run, Series
-from lce_analysis.fit import FitResult, fit
-from lce_analysis.fit.profile import Profile, profiles
-from lce_analysis.fit.uncertainty import band
+from lce_analysis.identification import FitResult, fit
+from lce_analysis.identification.profile import Profile, profiles
+from lce_analysis.identification.uncertainty import band
+from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
 TRUTH = {"lumped.gain": 32.0, "lumped.tau": 15.0, "ambient.t_env": 300.0}
@@ -28,7 +26,7 @@ def recorded(model: Model, seed: int, name: str = "run") -> Run:
     moved = None
     if model.deformation != "none":
         moved = Series(TIME, out.displacement_m + 4e-6 * random.standard_normal(TIME.size))
-    return Run(name, Path(name), name, Series(TIME, POWER), warm, moved, {})
+    return Run.of(name, Series(TIME, POWER), warm, moved)
 
 
 @pytest.fixture(scope="module")

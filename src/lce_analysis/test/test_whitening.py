@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lce_analysis.diagnose.whitening import autoregressive
+from lce_analysis.diagnosis.whitening import autoregressive
 
 RNG = np.random.default_rng(1)
 

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from lce_bringup.graph import NAMESPACE
-from lce_bringup.topics import RECORDED
+from lce_data.topics import RECORDED
+from lce_experiment.graph import NAMESPACE
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 

@@ -4,7 +4,7 @@
 import math
 from typing import Final
 
-from lce_control.closed_loop import PERIOD_S, ClosedLoop, run
+from lce_control.tuning.closed_loop import PERIOD_S, ClosedLoop, run
 from lce_model import Model, Stepper
 
 HALVINGS: Final = 13

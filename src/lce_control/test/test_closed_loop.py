@@ -4,9 +4,10 @@
 import numpy as np
 import pytest
 
-from lce_control.closed_loop import Sensors, run
 from lce_control.filters import Sample
-from lce_model import LceError, Stepper, default_model
+from lce_control.tuning.closed_loop import Sensors, run
+from lce_data.errors import LceError
+from lce_model import Stepper, default_model
 
 STRIP = default_model("lumped", "kinetic")
 

@@ -8,7 +8,7 @@ import pytest
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
 
-from lce_control.feedforward_node import Feedforward
+from lce_control.nodes.feedforward_node import Feedforward
 from lce_interfaces.srv import InverseTemperature
 from lce_model import default_model, save_model, simulate
 from lce_ros.conversions import to_stamp

@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from lce_control.closed_loop import run
 from lce_control.filters import Sample
 from lce_control.followers import DoubleLoop, SingleLoop
 from lce_control.loops import Loop, OuterLoop
 from lce_control.pid import Gains, Limits
+from lce_control.tuning.closed_loop import run
 from lce_model import default_model
 from lce_model.inverse import InverseChart, OutOfReach
 

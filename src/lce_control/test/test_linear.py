@@ -4,10 +4,11 @@
 import numpy as np
 import pytest
 
-from lce_control.closed_loop import Sensors
-from lce_control.linear import OMEGA, Plant, margins
 from lce_control.pid import Gains
-from lce_model import LceError, default_model
+from lce_control.tuning.closed_loop import Sensors
+from lce_control.tuning.linear import OMEGA, Plant, margins
+from lce_data.errors import LceError
+from lce_model import default_model
 
 STRIP = default_model("lumped", "kinetic")
 GAIN, TAU_S = STRIP["lumped.gain"], STRIP["lumped.tau"]

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from lce_control.metrics import step_metrics
-from lce_model import LceError
+from lce_control.step_metrics import step_metrics
+from lce_data.errors import LceError
 
 T = np.arange(0.0, 60.0, 0.01)
 

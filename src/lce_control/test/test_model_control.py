@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from lce_control.closed_loop import Sensors, run
 from lce_control.filters import Sample
-from lce_control.metrics import step_metrics
 from lce_control.model_control import ModelController
 from lce_control.observer import Observer
+from lce_control.step_metrics import step_metrics
 from lce_control.time_optimal import bang_bang
+from lce_control.tuning.closed_loop import Sensors, run
 from lce_model import Stepper, default_model
 
 STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0, "stretch_law.alpha": 2.2})

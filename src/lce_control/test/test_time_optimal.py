@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from lce_control.metrics import step_metrics
+from lce_control.step_metrics import step_metrics
 from lce_control.time_optimal import bang_bang
 from lce_model import Stepper, default_model, simulate
 

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from lce_control import tuning
-from lce_control.linear import OMEGA, Complex, margins
-from lce_control.requirements import Parameters, Requirements, Step
-from lce_control.tuning import Task, refine, search
-from lce_control.tuning_tasks import INNER, OUTER, SINGLE, ModelBench, tune
-from lce_model import LceError, default_model
+from lce_control.tuning import search as tuning
+from lce_control.tuning.linear import OMEGA, Complex, margins
+from lce_control.tuning.requirements import Parameters, Requirements, Step
+from lce_control.tuning.search import Task, refine, search
+from lce_control.tuning.tasks import INNER, OUTER, SINGLE, ModelBench, tune
+from lce_data.errors import LceError
+from lce_model import default_model
 
 TIME = np.linspace(0.0, 20.0, 401)
 STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0})

@@ -13,9 +13,9 @@ import pytest
 from sensor_msgs.msg import Temperature
 
 from lce_drivers.background import Background, NoReading
-from lce_drivers.flir import CameraSettings, FlirLink, aravis
+from lce_drivers.camera.flir import CameraSettings, FlirLink, aravis
+from lce_drivers.camera.thermal_camera_node import ThermalCamera
 from lce_drivers.sensor import Reading
-from lce_drivers.thermal_camera_node import ThermalCamera
 from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph
 

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from lce_drivers.interlock import Interlock, TemperatureLimits
+from lce_drivers.laser.interlock import Interlock, TemperatureLimits
 
 LIMITS = TemperatureLimits(max_temperature_k=390.0)
 

@@ -9,8 +9,8 @@ import pytest
 from std_msgs.msg import Float64
 
 from lce_drivers.background import Background, NoReading
-from lce_drivers.distance_sensor_node import DistanceSensor
-from lce_drivers.keyence import KeyenceLink, Mounting, Refused, open_port, parse
+from lce_drivers.distance.distance_sensor_node import DistanceSensor
+from lce_drivers.distance.keyence import KeyenceLink, Mounting, Refused, open_port, parse
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone

@@ -15,10 +15,10 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from lce_drivers.distance_sensor_node import DistanceSensor
-from lce_drivers.labjack import Calibration, LabJackLaser, ModbusRegisters
-from lce_drivers.laser_node import Laser
-from lce_drivers.thermal_camera_node import ThermalCamera
+from lce_drivers.camera.thermal_camera_node import ThermalCamera
+from lce_drivers.distance.distance_sensor_node import DistanceSensor
+from lce_drivers.laser.labjack import Calibration, LabJackLaser, ModbusRegisters
+from lce_drivers.laser.laser_node import Laser
 from lce_ros.conversions import to_stamp
 from lce_ros.node import NodeFault
 from lce_ros.testing import Graph
@@ -191,7 +191,7 @@ def started(bench: Graph, device: LabJackEmulator) -> subprocess.Popen[str]:
     """The laser node as a process, its light on."""
     settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
     process = bench.start(
-        "lce_drivers.laser_node",
+        "lce_drivers.laser.laser_node",
         device="labjack",
         temperature_required="false",
         **{f"labjack.{k}": v for k, v in settings.items()},

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from lce_drivers.laser import PowerGuard, PowerLimits, State
+from lce_drivers.laser.power_guard import PowerGuard, PowerLimits, State
 
 LIMITS = PowerLimits(max_power_w=2.0, command_timeout_s=0.1)
 

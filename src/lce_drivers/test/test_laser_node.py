@@ -11,13 +11,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
-from lce_drivers.laser_node import Laser
+from lce_drivers.laser.laser_node import Laser
 from lce_ros.node import BenchNode, NodeFault
 from lce_ros.testing import Graph, Heard
 
 pytestmark = pytest.mark.alone
 
-LASER = "lce_drivers.laser_node"
+LASER = "lce_drivers.laser.laser_node"
 
 
 class Commander:

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from lce_drivers.laser_node import Laser
+from lce_drivers.laser.laser_node import Laser
 from lce_ros.conversions import to_stamp
 from lce_ros.testing import Graph
 

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from lce_drivers.radiometry import Region, decode_mono16, implausible, strip_temperature_k, to_kelvin
+from lce_drivers.camera.radiometry import Region, decode_mono16, implausible, strip_temperature_k, to_kelvin
 
 
 def frame(kelvin: float, shape: tuple[int, int] = (240, 320)) -> np.ndarray:

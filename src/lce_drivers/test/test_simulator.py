@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lce_drivers.simulator import Drive, strip_model
-from lce_model import LceError, default_model, save_model
+from lce_data.errors import LceError
+from lce_drivers.simulation.strip import Drive, strip_model
+from lce_model import default_model, save_model
 
 
 def energy_j(pieces: list[tuple[float, float]]) -> float:

@@ -12,10 +12,10 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
-from lce_drivers.distance_sensor_node import DistanceSensor
-from lce_drivers.laser_node import Laser
-from lce_drivers.simulator_node import Simulator
-from lce_drivers.thermal_camera_node import ThermalCamera
+from lce_drivers.camera.thermal_camera_node import ThermalCamera
+from lce_drivers.distance.distance_sensor_node import DistanceSensor
+from lce_drivers.laser.laser_node import Laser
+from lce_drivers.simulation.simulator_node import Simulator
 from lce_model import default_model, simulate
 from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph, Heard, graph
@@ -111,7 +111,7 @@ def test_real_time_is_simulated_time_within_the_noise(bench: Graph) -> None:
 
 
 def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
-    laser = bench.start("lce_drivers.laser_node", temperature_required="false")
+    laser = bench.start("lce_drivers.laser.laser_node", temperature_required="false")
     bench.add(Simulator)
     probe = bench.probe()
     commands = probe.advertise(Float64, "laser/power_command")
@@ -177,7 +177,7 @@ def test_noise_and_latency_can_be_changed_live_within_their_ranges(bench: Graph)
 def test_a_model_that_does_not_fit_is_one_line_and_status_1(
     bench: Graph, parameter: dict[str, str], words: tuple[str, ...]
 ) -> None:
-    process = bench.start("lce_drivers.simulator_node", **parameter)
+    process = bench.start("lce_drivers.simulation.simulator_node", **parameter)
     _, error = process.communicate(timeout=30)
     assert process.returncode == 1
     assert error.count("\n") == 1

@@ -3,13 +3,10 @@
 
 from typing import Final
 
-from scipy.constants import Boltzmann, Stefan_Boltzmann, zero_Celsius
-
-KELVIN: Final[float] = zero_Celsius
-"""0 °C in kelvin."""
+from scipy.constants import Boltzmann, Stefan_Boltzmann
 
 STEFAN_BOLTZMANN: Final[float] = Stefan_Boltzmann
 """Stefan–Boltzmann constant σ [W/(m² K⁴)]."""
 
 BOLTZMANN: Final[float] = Boltzmann
-"""Boltzmann constant k_B [J/K]; the seed rounds it to 1.38e-23."""
+"""Boltzmann constant k_B [J/K]; Wu (2021) rounds it to 1.38e-23."""

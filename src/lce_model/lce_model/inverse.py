@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lce_model.errors import LceError
+from lce_data.errors import LceError
 from lce_model.model import Floats, Model
 from lce_model.simulation import simulate
 

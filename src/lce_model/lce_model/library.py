@@ -3,6 +3,7 @@
 
 from typing import Final
 
+from lce_data.errors import LceError
 from lce_model.deformation.bouc_wen import BOUC_WEN
 from lce_model.deformation.branch import BRANCH
 from lce_model.deformation.dynamic import DYNAMIC
@@ -11,7 +12,6 @@ from lce_model.deformation.kinetic import KINETIC
 from lce_model.deformation.prandtl_ishlinskii import PRANDTL_ISHLINSKII
 from lce_model.deformation.stretch import NETWORK, STRETCH, STRIP
 from lce_model.effects import find
-from lce_model.errors import LceError
 from lce_model.surroundings import AMBIENT
 from lce_model.terms import STAGES, Term, reads
 from lce_model.thermal.hammerstein_wiener import HAMMERSTEIN_WIENER

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_model.compose import Kernel, compile_terms
+from lce_data.errors import LceError
 from lce_model.effects import find, library
-from lce_model.errors import LceError
+from lce_model.kernel.compose import Kernel, compile_terms
 from lce_model.library import PUBLISHED, terms
 from lce_model.terms import Parameter, Term
 

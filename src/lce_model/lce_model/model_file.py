@@ -3,7 +3,6 @@
 
 import math
 import os
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any, Final
 
 import yaml
 
-from lce_model.errors import LceError
+from lce_data.errors import LceError
+from lce_data.files import write_atomically
 from lce_model.model import Model, Value, default_model
 
 FORMAT: Final = "lce-model-1"
@@ -44,19 +44,6 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> None:
     path = Path(path)
     document = _document(model, path.resolve().parent)
     write_atomically(path, yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120))
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file beside its place and move it there; LceError where the folder cannot be written."""
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8"
-        ) as new:
-            new.write(text)
-        Path(new.name).chmod(0o644)
-        Path(new.name).replace(path)
-    except OSError as error:
-        raise LceError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 class _Dumper(yaml.SafeDumper):

@@ -8,8 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lce_model.compose import RECORDED, SIGNAL_INDEX
-from lce_model.errors import LceError
+from lce_data.errors import LceError
+from lce_model.kernel.compose import RECORDED, SIGNAL_INDEX
 from lce_model.model import Floats, Model
 
 NO_DRIVE: Floats = np.empty(0)

@@ -4,7 +4,7 @@
 A term is one small physical statement. Its ``step`` is a plain function of floats, and its arguments are bound *by
 name* to the signals below, to the term's own parameters and states, and to ``dt`` [s]. What it returns is assigned,
 in order, to ``states + outputs``. A model is a tuple of terms, evaluated in that order once per sample; see
-:mod:`lce_model.compose` for how the tuple becomes one compiled loop.
+:mod:`lce_model.kernel.compose` for how the tuple becomes one compiled loop.
 """
 
 import inspect
@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
-from lce_model.errors import LceError
+from lce_data.errors import LceError
 
 Stage = Literal["surroundings", "light", "heat", "order", "strain", "sensor"]
 STAGES: Final[tuple[Stage, ...]] = get_args(Stage)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lce_model import LceError
-from lce_model.compose import RECORDED, compile_terms
+from lce_data.errors import LceError
+from lce_model.kernel.compose import RECORDED, compile_terms
 from lce_model.library import THERMAL, terms
 from lce_model.terms import Parameter, Term
 

@@ -9,11 +9,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lce_model import LceError, Model, Trajectory, default_model, simulate
-from lce_model.compose import RECORDED
+from lce_data.errors import LceError
+from lce_data.waveforms import RATE_HZ, SHAPES
+from lce_model import Model, Trajectory, default_model, simulate
 from lce_model.effects import Effect, find, library
+from lce_model.kernel.compose import RECORDED
 from lce_model.terms import SIGNALS, STAGES
-from lce_model.waveforms import RATE_HZ, SHAPES
 
 EFFECTS = tuple(library().values())
 BASES = ("equilibrium", "dynamic", "kinetic")

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lce_model import LceError, Model, Stepper, default_model, simulate
+from lce_data.errors import LceError
+from lce_model import Model, Stepper, default_model, simulate
 from lce_model.terms import Parameter, Term
 from lce_model.thermal.hammerstein_wiener import PIECES, curve, inverse
 

@@ -8,7 +8,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from lce_model import LceError, Model, default_model, simulate
+from lce_data.errors import LceError
+from lce_model import Model, default_model, simulate
 from lce_model.deformation import bouc_wen
 from lce_model.deformation.prandtl_ishlinskii import Inverse
 from lce_model.inverse import InverseChart

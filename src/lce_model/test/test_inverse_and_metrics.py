@@ -4,9 +4,11 @@
 import numpy as np
 import pytest
 
-from lce_model import KELVIN, LceError, default_model, simulate
+from lce_analysis.comparison.metrics import nrmse, rms_error, rmse_printed, smape
+from lce_data.errors import LceError
+from lce_data.units import KELVIN
+from lce_model import default_model, simulate
 from lce_model.inverse import InverseChart, OutOfReach
-from lce_model.metrics import nrmse, rms_error, rmse_printed, smape
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.stats import norm
 
-from lce_model import LceError, Model, Stepper, default_model, simulate
+from lce_data.errors import LceError
+from lce_model import Model, Stepper, default_model, simulate
 from lce_model.deformation import kinetic
 from lce_model.deformation.stretch import network_stretch, stretch
 from lce_model.landau import free_energy, wells

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from lce_model import LceError, default_model, load_model, save_model
+from lce_data.errors import LceError
+from lce_model import default_model, load_model, save_model
 
 
 @pytest.mark.parametrize("deformation", ["none", "equilibrium", "dynamic"])

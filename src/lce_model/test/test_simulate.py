@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from lce_model import LceError, Stepper, default_model, simulate
+from lce_data.errors import LceError
+from lce_model import Stepper, default_model, simulate
 
 TIME = np.arange(0.0, 60.0, 0.01)
 PULSE = np.where(TIME < 30.0, 0.2 * np.sin(np.pi / 60.0 * TIME) + 1.5, 0.0)

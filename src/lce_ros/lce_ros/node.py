@@ -21,7 +21,7 @@ from rclpy.task import Future
 from rclpy.timer import Timer
 from rclpy.utilities import try_shutdown
 
-from lce_model.errors import LceError
+from lce_data.errors import LceError
 from lce_ros.health import Health, Level
 from lce_ros.parameters import Rule
 from lce_ros.qos import LATCHED, STREAM, deeper

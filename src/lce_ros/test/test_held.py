@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 import math
 
-from lce_ros.held import Held
+from lce_ros.timed_value import TimedValue
 
 
 def test_a_value_counts_from_the_instant_after_it_was_received() -> None:
-    held: Held[str] = Held()
+    held: TimedValue[str] = TimedValue()
     held.put("a", 1.0)
     assert held.get(1.0) is None
     assert held.get(1.01) == "a"
 
 
 def test_the_newest_of_the_earlier_values_is_taken() -> None:
-    held: Held[int] = Held()
+    held: TimedValue[int] = TimedValue()
     for i in range(5):
         held.put(i, i * 0.01)
     assert held.get(0.03) == 2
@@ -20,7 +20,7 @@ def test_the_newest_of_the_earlier_values_is_taken() -> None:
 
 
 def test_a_value_is_held_and_ages() -> None:
-    held: Held[int] = Held()
+    held: TimedValue[int] = TimedValue()
     assert held.age(5.0) == math.inf
     held.put(7, 1.0)
     assert held.get(3.0) == 7
@@ -28,8 +28,8 @@ def test_a_value_is_held_and_ages() -> None:
 
 
 def test_the_order_of_arrival_within_a_tick_does_not_matter() -> None:
-    early: Held[int] = Held()
-    late: Held[int] = Held()
+    early: TimedValue[int] = TimedValue()
+    late: TimedValue[int] = TimedValue()
     seen: list[tuple[int | None, int | None]] = []
     for k in range(10):
         early.put(k, k * 0.01)
@@ -40,7 +40,7 @@ def test_the_order_of_arrival_within_a_tick_does_not_matter() -> None:
 
 
 def test_time_that_falls_forgets_what_was_held() -> None:
-    held: Held[int] = Held()
+    held: TimedValue[int] = TimedValue()
     held.put(1, 10.0)
     assert held.get(11.0) == 1
     held.put(2, 0.5)
@@ -49,7 +49,7 @@ def test_time_that_falls_forgets_what_was_held() -> None:
 
 
 def test_what_waits_is_bounded_and_the_newest_survives() -> None:
-    held: Held[int] = Held(limit=3)
+    held: TimedValue[int] = TimedValue(limit=3)
     for i in range(100):
         held.put(i, float(i))
     assert held.get(1000.0) == 99

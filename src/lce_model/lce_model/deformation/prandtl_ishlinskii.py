@@ -17,7 +17,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from lce_model.errors import LceError
+from lce_data.errors import LceError
 from lce_model.terms import Parameter, Term
 
 Floats = NDArray[np.float64]

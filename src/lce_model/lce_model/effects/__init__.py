@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from lce_model.errors import LceError
+from lce_data.errors import LceError
 from lce_model.terms import Parameter, Term
 
 SMALL = 1e-4

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What no effect of the library explains: does the rest still depend on anything?
+
+Noise does not repeat itself: a curve of the residual over temperature, rate, power, time, displacement or cycle that is
+fitted to all runs but one must predict that one too, or it is chance. What disturbs the strip itself without repeating
+(a draught, an unsteady laser) is seen by both sensors at once: the displacement then follows the measured temperature
+where it differs from the modelled one, which the noise of two separate sensors cannot do.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.diagnosis.linearized_fit import whitened
+from lce_analysis.diagnosis.whitening import Noise
+from lce_analysis.identification.problem import Problem
+from lce_analysis.prediction import CAMERA, DIRECTION, DISPLACEMENT, DISTANCE, TEMPERATURE, measured_drive
+from lce_data.noise import noise_floor
+from lce_data.run import Run, Series
+
+Floats = NDArray[np.float64]
+
+NAMES: Final = {CAMERA: "temperature", DISTANCE: "displacement"}
+KNOTS: Final = 9
+STRUCTURED: Final = 0.15
+"""Share of the residual's variance, predicted in a run that was left out, from which it is no longer noise."""
+ROUGH: Final = 10.0
+"""A rest so many times larger than the sample-to-sample noise, and a hundredth of the range, is no sensor's noise."""
+JUMPING: Final = 0.05
+"""Share of the energy of the innovations in those beyond six standard deviations, which noise all but never reaches."""
+FELT: Final = "temperature not predicted"
+"""The model's displacement driven by the measured temperature, less that driven by the modelled one."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """The residual of one sensor against one covariate.
+
+    share : of the residual's variance, predicted for runs that were left out (0 or less: none).
+    x, curve : (k,) the covariate and the mean residual over it, in the units of the covariate and the sensor.
+    """
+
+    column: int
+    covariate: str
+    unit: str
+    share: float
+    x: Floats
+    curve: Floats
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Covariates (n,) at the samples of one block, with its residual and the run's number."""
+
+    run: int
+    residual: Floats
+    covariates: dict[str, Floats]
+
+
+UNITS: Final = {
+    "temperature while heating": "K",
+    "temperature while cooling": "K",
+    "heating rate": "K/s",
+    "laser power": "W",
+    "time": "s",
+    "displacement": "m",
+    "cycle": "1",
+    FELT: "m",
+}
+
+
+def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
+    """Every sensor against every covariate, strongest first; ``residual`` (N,) is measured minus model, unwhitened."""
+    seen: dict[int, list[_Seen]] = {}
+    begin = 0
+    parts = []
+    for b in problem.observed:
+        part = residual[begin : begin + b.measured.size]
+        parts.append(part if b.keep is None else part * b.keep)
+        begin += b.measured.size
+    starts = problem.split(problem.first())[1]
+    for i in range(len(problem.inputs)):
+        free = problem.model.vector[list(problem.free)]
+        out = problem.outputs(i, free[None], starts[i : i + 1])[0]
+        for b, part in zip(problem.observed, parts, strict=True):
+            if b.run == i:
+                seen.setdefault(b.column, []).append(_Seen(i, part, _covariates(problem, i, out, b.column)))
+    found = [
+        _dependence(column, name, members)
+        for column, members in seen.items()
+        for name in UNITS
+        if all(name in m.covariates for m in members)
+    ]
+    return sorted(found, key=lambda d: -d.share)
+
+
+def _covariates(problem: Problem, run: int, out: Floats, column: int) -> dict[str, Floats]:
+    grid = problem.inputs[run].time_s
+    block = next(b for b in problem.observed if b.run == run and b.column == column)
+    temperature = out[:, TEMPERATURE]
+    rate = np.gradient(temperature, grid)
+    direction = out[:, DIRECTION]
+    heating = direction if np.isfinite(direction).all() else np.where(rate >= 0.0, 1.0, -1.0)
+    turns = np.concatenate([[0.0], np.cumsum(np.diff(heating) > 0.0)])
+
+    def sampled(values: Floats) -> Floats:
+        return np.asarray(block.sampling(values))
+
+    warm = sampled(temperature)
+    rising = sampled(heating) > 0.0
+    found = {
+        "temperature while heating": np.where(rising, warm, np.nan),
+        "temperature while cooling": np.where(rising, np.nan, warm),
+        "heating rate": sampled(rate),
+        "laser power": sampled(problem.inputs[run].power_w),
+        "time": sampled(grid),
+        "cycle": sampled(turns),
+    }
+    if np.isfinite(out[:, DISPLACEMENT]).all():
+        found["displacement"] = sampled(out[:, DISPLACEMENT])
+    if column == DISTANCE and problem.inputs[run].run.temperature is not None:
+        vector, start = problem.model.vector[None], np.array([problem.split(problem.first())[1][run]])
+        driven = measured_drive(problem.inputs[run], problem.model, float(start[0]))
+        moved = driven.simulate(problem.model, vector, start)[0, :, DISPLACEMENT] - out[:, DISPLACEMENT]
+        found[FELT] = sampled(moved) if block.keep is None else sampled(moved) * block.keep
+    return found
+
+
+def _dependence(column: int, name: str, members: Sequence[_Seen]) -> Dependence:
+    values = np.concatenate([m.covariates[name] for m in members])
+    here = values[np.isfinite(values)]
+    linear = name == FELT
+    knots = np.array([0.0]) if linear or here.size == 0 else np.unique(np.quantile(here, np.linspace(0, 1, KNOTS)))
+    moments = []
+    for m in members:
+        x = m.covariates[name]
+        basis = np.nan_to_num(x)[:, None] if linear else _hats(x, knots)
+        moments.append((basis.T @ basis, basis.T @ m.residual, basis))
+    gram = np.sum([g for g, _, _ in moments], axis=0)
+    moment = np.sum([c for _, c, _ in moments], axis=0)
+    before = after = 0.0
+    for m, (g, c, basis) in zip(members, moments, strict=True):
+        curve = _solve(gram - g, moment - c)
+        before += float(m.residual @ m.residual)
+        rest = m.residual - basis @ curve
+        after += float(rest @ rest)
+    curve = _solve(gram, moment)
+    share = 1.0 - after / before if before > 0.0 and len(members) > 1 else 0.0
+    return Dependence(column, name, UNITS[name], share, knots, curve)
+
+
+def _solve(gram: Floats, moment: Floats) -> Floats:
+    # A knot that the other runs never come near has no say.
+    ridge = 1e-6 * float(np.trace(gram)) / max(gram.shape[0], 1) + 1e-300
+    return np.asarray(np.linalg.solve(gram + ridge * np.eye(gram.shape[0]), moment))
+
+
+def _hats(x: Floats, knots: Floats) -> Floats:
+    """Piecewise linear basis (n, k); zero where x is NaN."""
+    if knots.size == 1:
+        return np.where(np.isfinite(x), 1.0, 0.0)[:, None]
+    inside = np.clip(np.nan_to_num(x, nan=knots[0]), knots[0], knots[-1])
+    i = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, knots.size - 2)
+    w = (inside - knots[i]) / (knots[i + 1] - knots[i])
+    basis = np.zeros((x.size, knots.size))
+    rows = np.arange(x.size)
+    basis[rows, i] = 1.0 - w
+    basis[rows, i + 1] += w
+    basis[~np.isfinite(x)] = 0.0
+    return basis
+
+
+def unlike_noise(problem: Problem, residual: Floats, noise: Mapping[int, Noise]) -> list[str]:
+    """What no noise of a sensor is like in a residual (N,), in words: far too large, or full of jumps."""
+    parts = np.split(residual, np.cumsum([b.measured.size for b in problem.observed])[:-1])
+    found = []
+    for column, name in NAMES.items():
+        members = [(b, part) for b, part in zip(problem.observed, parts, strict=True) if b.column == column]
+        if not members:
+            continue
+        series = [_series(problem.inputs[b.run].run, column) for b, _ in members]
+        rms = float(np.sqrt(np.mean(np.concatenate([part for _, part in members]) ** 2)))
+        ratio = rms / float(np.sqrt(np.mean([noise_floor(s) ** 2 for s in series])))
+        if ratio > ROUGH and rms > 0.01 * max(float(np.ptp(s.value)) for s in series):
+            found.append(f"{name} is left with {ratio:.0f} times the sample-to-sample noise of its sensor")
+        observed = whitened([b for b, _ in members], noise)
+        white = np.concatenate([b.weighted(part) for b, (_, part) in zip(observed, members, strict=True)])
+        spread = float(np.median(np.abs(white))) / 0.6745
+        share = float(np.sum(white[np.abs(white) > 6.0 * spread] ** 2) / max(float(np.sum(white**2)), 1e-300))
+        if share > JUMPING:
+            found.append(f"{name} jumps ({share:.0%} of what is new from sample to sample)")
+    return found
+
+
+def _series(run: Run, column: int) -> Series:
+    series = run.temperature if column == CAMERA else run.displacement
+    assert series is not None  # there is a block of it
+    return series
+
+
+def in_words(found: Sequence[Dependence], unlike: Sequence[str]) -> str:
+    """What is left as a sentence: dependences above the threshold, then all that is unlike noise; empty for neither."""
+    strong = [d for d in found if d.share >= STRUCTURED]
+    words = ["no effect of the library explains what is left"]
+    if strong:
+        listed = "; ".join(f"{NAMES[d.column]} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
+        words.append(f"in runs left out it still follows {listed}")
+    return "; ".join([*words, *unlike]) if strong or unlike else ""

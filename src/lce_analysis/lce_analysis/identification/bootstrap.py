@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Intervals without a linearisation: the fit repeated on data that could have been measured as well.
+
+Each draw is what the fitted model says plus its own residuals, taken in stretches from anywhere in the same series
+(moving observed, Künsch 1989): their correlation stays, their place does not.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.identification.least_squares import levenberg_marquardt
+from lce_analysis.identification.parallel import each
+from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_analysis.identification.uncertainty import correlation_time
+from lce_data.progress import Progress
+
+Floats = NDArray[np.float64]
+
+STRETCH: Final = 4.0
+"""Length of a stretch in correlation times of the residual."""
+ITERATIONS: Final = 30
+"""Of each refit, from the optimum of the data as measured."""
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """Free parameters (k,) as fitted, and (draws, k) as fitted again to each draw."""
+
+    keys: tuple[str, ...]
+    units: tuple[str, ...]
+    best: Floats
+    draws: Floats
+
+    def interval(self, level: float = 0.95) -> tuple[Floats, Floats]:
+        """Percentiles (k,), (k,) between which a share ``level`` of the draws lies."""
+        low, high = np.quantile(self.draws, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=0)
+        return low, high
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The intervals in words, none without a draw."""
+        if self.draws.size == 0:
+            return ()
+        return tuple(
+            f"{key} is {best:.4g}{'' if unit == '1' else ' ' + unit}, between {low:.4g} and {high:.4g}"
+            for key, unit, best, low, high in zip(self.keys, self.units, self.best, *self.interval(), strict=True)
+        )
+
+
+def bootstrap(problem: Problem, draws: int, seed: int, progress: Progress) -> Bootstrap:
+    """Refit ``draws`` times a problem that stands at its optimum; a KeyboardInterrupt ends with what is there."""
+    values = [problem.model.values[i] for i in problem.free]
+    tasks = [partial(_draw, problem, seed, i, draws) for i in range(draws)]
+    found: list[Floats] = []
+    with suppress(KeyboardInterrupt):
+        found.extend(each(tasks, "bootstrap", progress))
+    return Bootstrap(
+        keys=tuple(v.key for v in values),
+        units=tuple(v.unit for v in values),
+        best=np.array([v.value for v in values]),
+        draws=np.array(found).reshape(len(found), len(values)),
+    )
+
+
+def _draw(problem: Problem, seed: int, i: int, draws: int, progress: Progress) -> Floats:
+    """Free parameters (k,) of draw ``i``; the same whoever draws it."""
+    rng = np.random.default_rng((seed, i))
+    first = problem.first()
+    residual = problem.residuals(first)
+    parts = np.split(residual, np.cumsum([b.size for b in problem.observed])[:-1])
+    drawn = replace(
+        problem, observed=tuple(_redrawn(b, part, rng) for b, part in zip(problem.observed, parts, strict=True))
+    )
+    optimum = levenberg_marquardt(
+        drawn, first, "bootstrap", lambda label, done, total, rms: progress(label, i, draws, rms), ITERATIONS, 1e-6
+    )
+    if optimum.interrupted:
+        raise KeyboardInterrupt
+    return drawn.split(optimum.variables)[0]
+
+
+def _redrawn(block: ObservedSeries, residual: Floats, rng: np.random.Generator) -> ObservedSeries:
+    """The block, measured anew; ``residual`` (n,) is weighted, model minus measurement."""
+    n = residual.size
+    length = min(n, int(np.ceil(STRETCH * correlation_time(residual))))
+    begins = rng.integers(0, n - length + 1, -(-n // length))
+    error = (residual - residual.mean())[(begins[:, None] + np.arange(length)).ravel()[:n]]
+    return replace(block, measured=block.measured + (residual - error) / block.weight)

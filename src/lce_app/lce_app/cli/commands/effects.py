@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lce effects`: the library of physical effects, or one of them in detail."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lce_model.effects import Effect
+    from lce_model.terms import Parameter
+
+PAGE = """# Effects
+
+What a model may lack. Written by `lce effects --markdown`; `lce effects NAME` shows one.
+
+An effect is a [term](../src/lce_model/lce_model/terms.py) with a strength. At the null value of the strength the
+simulation is that of the model without it, to the last bit. Effects combine freely: those of a stage act before the
+term that takes what they give, several of them always in the same order, whatever the order in which they were added.
+At 100 samples a second each is as accurate as at 1000, to 1e-4 of what it does, where the model itself does not jump.
+[test_effects.py](../src/lce_model/test/test_effects.py) holds all of this for every effect,
+[test_effect_equations.py](../src/lce_model/test/test_effect_equations.py) solves every equation by other means, and
+[test_effect_recovery.py](../src/lce_analysis/test/test_effect_recovery.py) finds every strength again in noisy data
+(that of `emissivity_error` is not determined, and told so).
+
+The recorded temperature and displacement, the bench's sensors and `lce simulate` show `measured_temperature` and
+`measured_displacement`, after the effects of the sensors. Where a measured temperature drives the deformation, effects
+of the heat balance have no say. One of your own is [a file of 20 lines](tutorial-own-effect.md).
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of `lce effects`."""
+    parser.add_argument("name", nargs="?", metavar="NAME", help="one effect, or a file of yours, which is tried out")
+    parser.add_argument("--markdown", action="store_true", help="the library as docs/effects.md")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Print the library or one effect."""
+    from lce_model.effects import find, library
+
+    if args.markdown:
+        sys.stdout.write(page())
+    elif args.name:
+        effect = find(args.name)
+        print(_detail(effect))
+        if effect.path:
+            _try_out(effect)
+            print("\nTried out: it compiles, changes nothing at its null value, and something at its typical one.")
+    else:
+        width = max(len(name) for name in library())
+        for effect in _by_stage():
+            strength = effect.parameter(effect.strength)
+            print(f"{effect.stage:12s} {effect.name:{width}s}  {effect.equation}")
+            print(f"{'':12s} {'':{width}s}  {strength.name}: {_range(strength)}")
+    return 0
+
+
+def page() -> str:
+    """The library as a page of docs."""
+    lines = [PAGE, "| stage | effect | equation | strength |", "|---|---|---|---|"]
+    for effect in _by_stage():
+        strength = effect.parameter(effect.strength)
+        equation = effect.equation.replace("|", "\\|")
+        link = f"[`{effect.name}`](#{effect.name})"
+        lines.append(f"| {effect.stage} | {link} | `{equation}` | `{strength.name}`, {_range(strength)} |")
+    for effect in _by_stage():
+        file = f"../src/lce_model/lce_model/effects/{effect.name}.py"
+        lines += ["", f"## {effect.name}", "", _about(effect), "", f"[{effect.name}.py]({file}), stage {effect.stage}:"]
+        lines += ["", "```text", effect.equation, "```", ""]
+        lines += ["| parameter | meaning | default (range) | source |", "|---|---|---|---|"]
+        lines += [f"| `{p.name}` | {_meaning(effect, p)} | {_range(p)} | {p.source} |" for p in effect.parameters]
+    return "\n".join([*lines, ""])
+
+
+def _by_stage() -> list[Effect]:
+    from lce_model.effects import library
+    from lce_model.terms import STAGES
+
+    return sorted(library().values(), key=lambda e: (STAGES.index(e.stage), e.place, e.name))
+
+
+def _about(effect: Effect) -> str:
+    module = inspect.getmodule(effect.step)
+    return (inspect.getdoc(module) or "").strip()
+
+
+def _range(p: Parameter) -> str:
+    return f"{p.default:g} ({p.lower:g} to {p.upper:g}){'' if p.unit == '1' else ' ' + p.unit}"
+
+
+def _meaning(effect: Effect, p: Parameter) -> str:
+    if p.name == effect.strength:
+        return f"{p.description}; the strength, null at {effect.null:g}"
+    return f"{p.description}; not fitted unless told so" if p.fixed else p.description
+
+
+def _detail(effect: Effect) -> str:
+    lines = [f"{effect.name}, stage {effect.stage}", "", _about(effect), "", f"    {effect.equation}", ""]
+    width = max(len(p.name) for p in effect.parameters)
+    for p in effect.parameters:
+        lines += [f"{p.name:{width}s}  {_range(p)}", f"{'':{width}s}  {_meaning(effect, p)} [{p.source}]"]
+    return "\n".join(lines)
+
+
+def _try_out(effect: Effect) -> None:
+    """LceError where an effect of the user's own changes something at its null value, or nothing at its typical one."""
+    import numpy as np
+
+    from lce_data.errors import LceError
+    from lce_data.waveforms import RATE_HZ
+    from lce_model import default_model, simulate
+
+    time = np.arange(0.0, 60.0, 1.0 / RATE_HZ)
+    power = np.where(time < 25.0, 1.5, 0.0)
+    bare = default_model()
+    null = bare.add(effect.reference)
+    without, there, typical = (
+        simulate(m, time, power) for m in (bare, null, null.set({effect.strength_key: effect.typical}))
+    )
+    columns = [name for name in without.__dataclass_fields__ if name != "time_s"]
+    changed = [n for n in columns if not np.array_equal(getattr(without, n), getattr(there, n))]
+    if changed:
+        raise LceError(f"{effect.path}: at {effect.strength} = {effect.null:g} it changes {', '.join(changed)}")
+    if not all(np.isfinite(getattr(typical, n)).all() for n in columns):
+        raise LceError(f"{effect.path}: at {effect.strength} = {effect.typical:g} it gives what is not a number")
+    if all(np.array_equal(getattr(without, n), getattr(typical, n)) for n in columns):
+        raise LceError(f"{effect.path}: at {effect.strength} = {effect.typical:g} it changes nothing")

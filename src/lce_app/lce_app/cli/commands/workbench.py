@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lce workbench`: look at runs, see the misfit, add an effect and watch the error fall, on a local web page."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lce_data.errors import LceError
+
+if TYPE_CHECKING:
+    from lce_app.workbench.session import Role
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of `lce workbench`."""
+    parser.add_argument(
+        "runs",
+        nargs="*",
+        type=Path,
+        metavar="RUN | DIR",
+        help="runs, or the folder of them (default: runs, or this folder); the page sees nothing outside of it",
+    )
+    parser.add_argument("--model", type=Path, metavar="M.yaml", help="model file to begin with")
+    parser.add_argument("--port", type=int, default=8080, metavar="P", help="8080 by default")
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="address to listen on; for one that others reach, the URL printed carries a token without which "
+        "nobody gets in",
+    )
+    parser.epilog = "What you decide, and the models, are kept in the folder `workbench` beside the runs."
+
+
+def main(args: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C."""
+    folder, chosen = _folder(args.runs)
+    from lce_app.workbench import server
+    from lce_app.workbench.bench import Workbench
+    from lce_app.workbench.guard import is_loopback
+
+    if args.model:
+        _check_there(args.model)
+    bench = Workbench(folder)
+    bench.session.make_place()
+    _check_free(args.host, args.port)
+    token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
+    server.prepare(bench, chosen, args.model)
+    print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
+    server.serve(args.host, args.port, token)
+    if bench.trouble:
+        raise LceError(bench.trouble)
+    return 0
+
+
+def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
+    """The folder of the page, and of runs that were named what they are used for."""
+    from lce_app.workbench.session import find_runs, is_run
+
+    paths = paths or [Path("runs") if Path("runs").is_dir() else Path()]
+    for path in paths:
+        _check_there(path)
+    places = [path.resolve() for path in paths]
+    if len(places) == 1 and places[0].is_dir() and not is_run(places[0]):
+        return places[0], {}
+    folder = Path(os.path.commonpath([place.parent for place in places]))
+    return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}
+
+
+def _check_there(path: Path) -> None:
+    """Raise LceError where there is no such file or folder."""
+    if not path.exists():
+        raise LceError(f"{path}: no such file or folder")
+
+
+def _check_free(host: str, port: int) -> None:
+    """Raise LceError where the server could not listen."""
+    try:
+        with socket.create_server((host, port)):
+            pass
+    except (OSError, OverflowError) as error:
+        raise LceError(f"{host}:{port}: {error}; --port and --host choose another") from None

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `lce` command.
+
+Exit status: 0 done, 1 data or model unusable (one line on stderr), 2 usage, 130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from lce_data import __version__
+
+COMMANDS = {
+    "run": "run an experiment on the node graph and record it",
+    "tune": "controller gains on the identified model",
+    "control": "position control on the node graph: targets in, figures out",
+    "repair": "make a recording that a crash cut short readable by every tool",
+    "fit": "identify a model from recorded runs",
+    "compare": "where a model fails on recorded runs",
+    "diagnose": "which physical effect a model lacks",
+    "add": "add an effect to a model and watch the error fall",
+    "design": "the experiment that would tell two effects apart",
+    "effects": "the library of physical effects, with equations and units",
+    "simulate": "run a model without ROS: a power waveform in, a CSV out",
+    "workbench": "the same as a local web page",
+}
+"""Command name (module lce_app.cli.commands.NAME) and its line in `lce --help`."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return the exit status."""
+    argv = sys.argv[1:] if argv is None else argv
+    args = _parser(argv).parse_args(argv)
+    command = importlib.import_module(f"lce_app.cli.commands.{args.command}")
+    try:
+        status = int(command.main(args))
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        print("lce: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader of our output, `head` for one, has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except ValueError as error:
+        from lce_data.errors import LceError
+
+        if not isinstance(error, LceError):
+            raise
+        print(f"lce: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+
+
+def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser with the arguments of the one command in `argv`: the others are not even imported."""
+    parser = argparse.ArgumentParser(
+        prog="lce",
+        description="A bench for light-driven liquid crystal elastomers: run, record, identify, compare.",
+        epilog="exit status: 0 done, 1 the data or the model cannot be used, 2 wrong usage",
+    )
+    parser.add_argument("-V", "--version", action="version", version=f"lce {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    chosen = next((word for word in argv if not word.startswith("-")), None)
+    for name, about in COMMANDS.items():
+        sub = commands.add_parser(
+            name, help=about, description=about, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
+        if name == chosen:
+            importlib.import_module(f"lce_app.cli.commands.{name}").add_arguments(sub)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

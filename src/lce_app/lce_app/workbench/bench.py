@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What all open pages share: the session, the runs as read, comparisons, and the one job at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from lce_app.workbench import session as sessions
+from lce_app.workbench.jobs import Job, Work
+from lce_app.workbench.live import Ear
+from lce_app.workbench.session import Role, Session
+from lce_data.errors import LceError
+
+if TYPE_CHECKING:
+    from lce_analysis.comparison.compare import Comparison
+    from lce_analysis.diagnosis.diagnosis import Errors
+    from lce_data.run import Run
+    from lce_model import Model
+
+AT_ONCE: Final = 20
+"""Runs of a folder that are opened unasked, at most."""
+DIAGNOSIS: Final = ("verdict", "sentences", "added", "candidates")
+DESIGN: Final = ("between", "protocol", "separation", "hottest_c", "command")
+"""What is read of the files that jobs write."""
+COMPARISONS: Final = 4
+"""Comparisons that are kept: each holds every sample several times."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file that may be a run: the run as read, or why it is none; neither before it is read."""
+
+    path: Path
+    run: Run | None = None
+    error: str = ""
+
+
+class Workbench:
+    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew; ``ready``
+    says that the analysis is loaded, ``trouble`` why there can be no workbench.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self.session = sessions.load(self.folder)
+        self.entries: dict[str, Entry] = {}
+        self.job: Job | None = None
+        self.ear = Ear()
+        self.busy = "looking for runs"
+        self.trouble = ""
+        self.ready = False
+        self.version = 0
+        self._models: dict[int, Model] = {}
+        self._errors: dict[tuple[int, tuple[str, ...], tuple[str, ...]], dict[Role, Errors]] = {}
+        self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
+        self._then: Callable[[], None] = lambda: None
+
+    # Runs
+
+    async def open(self, chosen: Mapping[str, Role] | None = None) -> None:
+        """Find the runs of the folder and read those that are not left aside; ``chosen`` overrides their roles."""
+        found = await asyncio.to_thread(sessions.find_runs, self.folder)
+        new = [name for name in found if name not in self.session.roles]
+        first: dict[str, Role] = {name: "train" if i < AT_ONCE else "off" for i, name in enumerate(new)}
+        roles = {name: self.session.roles.get(name) or first[name] for name in found} | dict(chosen or {})
+        self.entries = {name: self.entries.get(name, Entry(path)) for name, path in found.items()}
+        self._change(Session(self.folder, roles, self.session.models, self.session.current))
+        for name, role in roles.items():
+            if role != "off":
+                await self._read(name)
+        self.busy = ""
+        self.version += 1
+
+    def loaded(self) -> None:
+        """The analysis is there."""
+        self.busy, self.ready = "", True
+        self.version += 1
+
+    async def reopen(self) -> None:
+        """Read everything anew."""
+        self.entries.clear()
+        self._comparisons.clear()
+        self._errors.clear()
+        await self.open()
+
+    async def _read(self, name: str) -> None:
+        """Read a run, once."""
+        entry = self.entries[name]
+        if entry.run is None and not entry.error:
+            self.busy = f"reading {name}"
+            self.entries[name] = await asyncio.to_thread(_read, entry.path, name, self.folder)
+
+    async def set_role(self, name: str, role: Role) -> None:
+        """A run to learn from, to hold out, or to leave aside."""
+        if role != "off":
+            await self._read(name)
+            self.busy = ""
+        self._change(self.session.with_role(name, role))
+
+    def runs(self, role: Role) -> dict[str, Run]:
+        """The readable runs of a role."""
+        names = (name for name in self.session.names(role) if name in self.entries)
+        return {name: run for name in names if (run := self.entries[name].run) is not None}
+
+    def used(self) -> dict[str, Run]:
+        """The runs learnt from, then those held out."""
+        return self.runs("train") | self.runs("test")
+
+    def paths(self, role: Role) -> list[Path]:
+        """Files of the readable runs of a role."""
+        return [self.entries[name].path for name in self.runs(role)]
+
+    # Models
+
+    def begin_with(self, file: Path) -> None:
+        """Keep the model of a file, unless it is the current one. LceError where it is none."""
+        from lce_model import load_model
+
+        if (model := load_model(file)) != self.model():
+            self.keep(model, f"from {file.name}")
+
+    def model(self, number: int | None = None) -> Model | None:
+        """A model of the history, the current one by default; None before there is one."""
+        from lce_model import load_model
+
+        number = self.session.current if number is None else number
+        if number is None:
+            return None
+        if number not in self._models:
+            self._models[number] = load_model(self.session.model_file(number))
+        return self._models[number]
+
+    def keep(self, model: Model, how: str) -> None:
+        """Append a model to the history; LceError while a job writes one."""
+        from lce_model import save_model
+
+        if self.working:
+            raise LceError("a job is under way; wait for it, or cancel it")
+        self.session.make_place()
+        save_model(model, self.session.model_file(self.session.next_number()))
+        self._change(self.session.with_model(how, self.session.current))
+
+    def choose(self, number: int) -> None:
+        """Make another model of the history the current one."""
+        self._change(self.session.with_current(number))
+
+    def undo(self) -> None:
+        """Back to the model that the current one came from."""
+        self._change(self.session.undone())
+
+    def comparison(self, number: int | None = None) -> Comparison | None:
+        """A model beside all runs in use, computed once; None where there is no model or no run. Takes a while."""
+        from lce_analysis.comparison.compare import compare
+
+        number = self.session.current if number is None else number
+        runs = self.used()
+        model = self.model(number)
+        if number is None or model is None or not runs:
+            return None
+        key = number, tuple(runs)
+        if key not in self._comparisons:
+            self._comparisons[key] = compare(model, list(runs.values()))
+            for old in list(self._comparisons)[:-COMPARISONS]:
+                del self._comparisons[old]
+        return self._comparisons[key]
+
+    def errors(self, number: int) -> dict[Role, Errors]:
+        """What a model of the history leaves on the runs learnt from and on those held out, computed once."""
+        from lce_analysis.diagnosis.diagnosis import errors
+
+        model = self.model(number)
+        assert model is not None
+        key = number, self.session.names("train"), self.session.names("test")
+        if key not in self._errors:
+            sides: tuple[Role, Role] = ("train", "test")
+            self._errors[key] = {side: errors(model, list(self.runs(side).values())) for side in sides}
+        return self._errors[key]
+
+    def diagnosis(self) -> dict[str, Any] | None:
+        """What `diagnose` said of the current model, None where it was not asked."""
+        if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
+            return None
+        return _json(file, DIAGNOSIS)
+
+    def designs(self) -> list[tuple[Path, dict[str, Any]]]:
+        """The waveforms designed so far, and what is known of each."""
+        files = sorted(self.session.place.glob("wave-*.json"))
+        return [(file.with_suffix(".csv"), _json(file, DESIGN)) for file in files if file.with_suffix(".csv").exists()]
+
+    # Jobs
+
+    @property
+    def working(self) -> bool:
+        """Is a job under way?"""
+        return self.job is not None and self.job.state == "running"
+
+    def start(
+        self,
+        name: str,
+        work: Work,
+        then: Callable[[], None] = lambda: None,
+        *,
+        measure: str = "RMS error",
+        gentle: bool = False,
+        **arguments: Any,
+    ) -> None:
+        """Begin a job; ``then`` is called when it is done. LceError where one is under way."""
+        if self.job is not None and self.working:
+            raise LceError(f"{self.job.name} is under way; one at a time")
+        self.session.make_place()
+        self.job, self._then = Job(name, work, arguments, measure, gentle), then
+
+    def start_model(
+        self, name: str, work: Work, how: str, parent: int | None, command: str = "", **arguments: Any
+    ) -> None:
+        """Begin a job that writes the next model of the history."""
+        out = self.session.model_file(self.session.next_number())
+        self.start(name, work, partial(self._joined, how, parent, command), out=out, **arguments)
+
+    def _joined(self, how: str, parent: int | None, command: str) -> None:
+        self._change(self.session.with_model(how, parent, command))
+
+    def record(self, name: str, work: Work, out: Path, **arguments: Any) -> None:
+        """Begin a job that records a run into the folder; it is opened when it is over, however it ended."""
+        self.start(name, work, self._recorded, gentle=True, out=out, **arguments)
+
+    def _recorded(self) -> None:
+        self._opening = asyncio.ensure_future(self.open())
+
+    def poll(self) -> None:
+        """Take in what the job told, and what was heard; to be called often."""
+        self.ear.poll()
+        job = self.job
+        if job is None or not job.poll():
+            return
+        if job.state == "done" or (job.gentle and job.state != "running"):
+            self._then()
+            self.version += 1
+
+    def cancel(self) -> None:
+        """End the job."""
+        if self.job is not None:
+            self.job.cancel()
+
+    def stop(self) -> None:
+        """End the job if it controls something: the laser goes to zero."""
+        if self.job is not None and self.job.gentle:
+            self.job.cancel()
+
+    def close(self) -> None:
+        """End the job, a gentle one in order, and stop listening."""
+        self.cancel()
+        if self.job is not None and self.job.gentle:
+            self.job.wait()
+        self.ear.close()
+
+    def _change(self, session: Session) -> None:
+        self.session = session
+        session.save()
+        self.version += 1
+
+
+def _read(path: Path, name: str, folder: Path) -> Entry:
+    """The run of a file, named after its place in the folder: two runs may have one name, in two folders."""
+    from lce_data.read_runs import read_run
+
+    try:
+        return Entry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
+    except LceError as error:
+        return Entry(path, error=str(error).replace(f"{folder}/", ""))
+
+
+def _json(file: Path, keys: Collection[str]) -> dict[str, Any]:
+    """What a job wrote; LceError where the file is something else."""
+    with suppress(ValueError):
+        content = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(content, dict) and set(keys) <= set(content):
+            return content
+    raise LceError(f"{file}: not what the workbench wrote; delete it, and begin that job again")

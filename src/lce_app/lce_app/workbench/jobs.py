@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Long work in a process of its own: the page stays live, the work can be stopped, and a crash of it is only told."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from typing import Any, Final, Literal, NoReturn
+
+from lce_data.errors import LceError
+from lce_experiment.runners.processes import end_with_parent
+
+State = Literal["running", "done", "failed", "cancelled"]
+PERIOD_S: Final = 0.1
+"""A job tells of its progress so often."""
+_FORK: Final = multiprocessing.get_context("forkserver")
+
+Work = Callable[..., None]
+"""What a job calls, with keyword arguments and ``progress(label, done, total, rms)``; what it finds goes to files."""
+
+
+def warm_up() -> None:
+    """Start the process from which jobs are forked, with the libraries that they need."""
+    _FORK.set_forkserver_preload(["lce_app.workbench.tasks"])
+    from multiprocessing.forkserver import ensure_running
+
+    ensure_running()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a job is: seconds since its start, what it does, steps done and at most, RMS error in units of noise."""
+
+    seconds: float
+    label: str
+    done: int
+    total: int
+    rms: float
+
+
+@dataclass
+class Job:
+    """Work under way. ``poll`` often; ``seen`` is what it told, ``error`` the one line of what went wrong.
+
+    measure : what the number of its progress is. gentle : it is interrupted, not killed, as it controls something.
+    """
+
+    name: str
+    work: Work
+    arguments: dict[str, Any]
+    measure: str = "RMS error"
+    gentle: bool = False
+    state: State = "running"
+    error: str = ""
+    seen: list[Progress] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._receive, send = _FORK.Pipe(duplex=False)
+        self._began = time.monotonic()
+        self._process = _FORK.Process(target=_run, args=(send, self.work, self.arguments), daemon=True)
+        self._process.start()
+        send.close()
+
+    def poll(self) -> bool:
+        """Take in what it told; True where something is new."""
+        new = False
+        while self.state == "running" and self._receive.poll():
+            try:
+                message = self._receive.recv()
+            except EOFError:
+                self._process.join()
+                self._end("failed", f"{self.name}: its process ended without an answer ({self._process.exitcode})")
+                return True
+            new = True
+            match message:
+                case (label, done, total, rms):
+                    self.seen.append(Progress(self.seconds, label, done, total, rms))
+                case str(error):
+                    self._end("failed" if error else "done", error)
+                case None:
+                    self._end("cancelled", "")
+        return new
+
+    @property
+    def seconds(self) -> float:
+        """Since its start."""
+        return time.monotonic() - self._began
+
+    def cancel(self) -> None:
+        """End it: at once, and no file is left, as files are written whole and last; a gentle one by Ctrl-C."""
+        if self.state != "running":
+            return
+        if self.gentle and self._process.pid is not None:
+            with suppress(ProcessLookupError):  # it has ended, and will be heard
+                os.kill(self._process.pid, signal.SIGINT)
+            return
+        self._process.kill()
+        self._process.join()
+        self._end("cancelled", "")
+
+    def wait(self, timeout_s: float | None = None) -> None:
+        """Until its process has ended."""
+        self._process.join(timeout_s)
+
+    def _end(self, state: State, error: str) -> None:
+        self.state, self.error = state, error
+        self._receive.close()
+
+
+def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
+    """In the process of the job. It ends in order when it is interrupted, or when the server is gone."""
+    end_with_parent()
+    signal.signal(signal.SIGINT, _interrupted_once)
+    signal.signal(signal.SIGHUP, _interrupted_once)
+    told = -math.inf
+
+    def progress(label: str, done: int, total: int, rms: float) -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told < PERIOD_S:
+            return
+        told = now
+        try:
+            send.send((label, done, total, rms))
+        except BrokenPipeError:
+            _interrupted_once()
+
+    answer: str | None = ""
+    try:
+        progress("starting", 0, 1, math.nan)
+        work(progress=progress, **arguments)
+    except LceError as error:
+        answer = " ".join(str(error).split())
+    except KeyboardInterrupt:
+        answer = None
+    with suppress(BrokenPipeError):
+        send.send(answer)
+
+
+def _interrupted_once(*_: object) -> NoReturn:
+    """Ctrl-C in a terminal comes here and to the server, which passes it on: the second one must not disturb what the
+    first one ends in order.
+    """
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    raise KeyboardInterrupt

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page: a head with the model and the job under way, and the tabs."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Final
+
+from nicegui import ui
+from nicegui.events import KeyEventArguments
+
+from lce_app.workbench import tabs
+from lce_app.workbench.bench import Workbench
+from lce_app.workbench.figures import HEAD
+from lce_app.workbench.job_status_bar import JobStrip
+from lce_app.workbench.memory import keep_tabs
+from lce_data.errors import LceError
+
+PERIOD_S: Final = 0.1
+TABS: Final = {
+    "Runs": "runs",
+    "Look": "look",
+    "Learn": "learn",
+    "Add": "add",
+    "Tell apart": "apart",
+    "Take away": "take_away",
+    "Bench": "bench",
+}
+"""Their modules."""
+FIRST: Final = "Runs"
+"""It needs no more than the runs; the others come when the analysis is loaded, which takes a second or two."""
+THEME: Final = """<script>
+addEventListener("DOMContentLoaded", () => {
+  const follow = () => {
+    document.documentElement.dataset.theme = document.body.classList.contains("body--dark") ? "dark" : "light";
+    document.dispatchEvent(new Event("theme"));
+  };
+  new MutationObserver(follow).observe(document.body, { attributeFilter: ["class"] });
+  follow();
+});
+</script>"""
+
+
+class Page:
+    """The page of one client, kept up to date by one timer."""
+
+    def __init__(self, bench: Workbench, tab: str) -> None:
+        self._bench, self._shown = bench, -1
+        ui.add_head_html(HEAD + THEME)
+        ui.colors(primary="#1b5e9e", accent="#1b5e9e", negative="#b3261e")
+        dark = ui.dark_mode(None)
+        with ui.header().classes("head"):
+            ui.html("<h1>LCE workbench</h1>", sanitize=False)
+            ui.label(str(bench.folder)).classes("folder")
+            self._state = ui.label().classes("state").props("role=status")
+            ui.button("light / dark", on_click=lambda: dark.set_value(not dark.value)).props("flat no-caps")
+        self._strip = JobStrip(bench)
+        with ui.tabs().props("no-caps align=left aria-label=Views") as heads:
+            for name in TABS:
+                ui.tab(name)
+        keep_tabs(heads)
+        heads.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
+        with ui.tab_panels(heads, value=tab if tab in TABS else FIRST, animated=False):
+            self._panels = {name: ui.tab_panel(name) for name in TABS}
+        ui.keyboard(on_key=self._hear_key, ignore=[])
+        self._follow: dict[str, Callable[[], None]] = {}
+        self.follow()
+        ui.timer(PERIOD_S, self.follow)
+
+    def follow(self) -> None:
+        """Show what has changed."""
+        bench = self._bench
+        self._strip.follow()
+        self._state.text = bench.busy or _model_line(bench)
+        if bench.version != self._shown and (bench.entries or bench.ready):
+            self._shown = bench.version
+            self._fill()
+        for follow in self._follow.values():
+            follow()
+
+    def _hear_key(self, event: KeyEventArguments) -> None:
+        """Esc, wherever it is pressed, stops the bench."""
+        if event.key.escape and event.action.keydown:
+            self._bench.stop()
+
+    def _fill(self) -> None:
+
+        for name, panel in self._panels.items():
+            if name in self._follow or not (self._bench.ready or name == FIRST):
+                continue
+            panel.clear()
+            with panel:
+                try:
+                    follow = importlib.import_module(f"{tabs.__name__}.{TABS[name]}").fill(self._bench)
+                except LceError as error:
+                    ui.label(str(error)).classes("bad")
+                    continue
+            if follow is not None:
+                self._follow[name] = follow
+
+
+def _model_line(bench: Workbench) -> str:
+    if bench.session.current is None:
+        return "no model yet"
+    return f"model {bench.session.current}: {bench.session.kept(bench.session.current).how}"

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The server of the page."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib
+import os
+from collections.abc import Callable, Coroutine, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+from fastapi import Response
+from nicegui import app, background_tasks, ui
+
+from lce_app.workbench import figures, jobs
+from lce_app.workbench.bench import Workbench
+from lce_app.workbench.guard import Guard
+from lce_app.workbench.page import TABS, Page
+from lce_app.workbench.session import Role
+from lce_data.errors import LceError
+
+TEND_S: Final = 0.05
+PATIENCE_S: Final = 4.0
+"""So long the runs wait for a page that is on its way to the browser: whoever looks comes first."""
+
+
+def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
+    """Routes, page and background work; then ``serve``, or a test's user."""
+    figures.serve_scripts()
+    app.config.quasar_config["loadingBar"]["skipHijack"] = True  # it has no name for screen readers
+
+    @app.get("/figures/{key}")
+    def fetched(key: str) -> Response:
+        block = figures.packed(key)
+        if block is None:  # the tab was filled anew meanwhile
+            return Response(status_code=204)
+        return Response(block, media_type="application/octet-stream", headers={"cache-control": "no-store"})
+
+    seen = asyncio.Event()
+
+    @ui.page("/")
+    def show(tab: str = "Runs") -> None:
+        Page(bench, tab)
+
+    app.on_connect(seen.set)
+    app.on_startup(lambda: _background(lambda: begin(bench, chosen, model, seen)))
+    app.on_startup(lambda: _background(lambda: tend(bench)))
+    if os.environ.get("ROS_DOMAIN_ID"):  # what runs there can be heard before the page runs anything
+        app.on_startup(bench.ear.open)
+    app.on_shutdown(bench.close)
+
+
+async def begin(bench: Workbench, chosen: Mapping[str, Role] | None, model: Path | None, seen: asyncio.Event) -> None:
+    """Load all, once the first page is there; end the server where the model that it should begin with is none."""
+    with suppress(TimeoutError):
+        await asyncio.wait_for(seen.wait(), PATIENCE_S)
+    try:
+        if model is not None:
+            await asyncio.to_thread(bench.begin_with, model)
+        await load(bench, chosen)
+    except LceError as error:
+        bench.trouble = str(error)
+        app.shutdown()
+
+
+async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
+    """Read the runs, then load the analysis."""
+    await bench.open(chosen)
+    bench.busy = "loading the analysis"
+    for module in TABS.values():
+        await asyncio.to_thread(importlib.import_module, f"lce_app.workbench.tabs.{module}")
+    bench.loaded()
+    await asyncio.to_thread(jobs.warm_up)
+
+
+async def tend(bench: Workbench) -> None:
+    """Take in what jobs tell, whether a page is open or not."""
+    while True:
+        bench.poll()
+        await asyncio.sleep(TEND_S)
+
+
+def _background(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    background_tasks.create(work(), name="workbench")
+
+
+def serve(host: str, port: int, token: str) -> None:
+    """Serve until Ctrl-C."""
+    app.add_middleware(Guard, token=token)
+    with suppress(KeyboardInterrupt):
+        ui.run(
+            host=host,
+            port=port,
+            title="LCE workbench",
+            favicon="🔬",
+            language="en-US",
+            dark=None,
+            show=False,
+            reload=False,
+            tailwind=False,
+            show_welcome_message=False,
+        )

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters under sliders, with the curves of a run following."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+import numpy as np
+from nicegui import ui
+
+from lce_analysis.identification.transformation import Transformation
+from lce_app.workbench.bench import Workbench
+from lce_app.workbench.by_hand import ByHand
+from lce_app.workbench.error_notification import telling
+from lce_app.workbench.figures import Figures
+from lce_app.workbench.memory import remember, remembered
+from lce_model import Model, Value
+from lce_report import Block
+
+STEPS: Final = 1000
+THROTTLE_S: Final = 0.05
+
+
+class Sliders:
+    """A slider for each parameter that a fit would move, over its bounds, and the curves of a run."""
+
+    def __init__(self, bench: Workbench, model: Model) -> None:
+        self._bench, self._start, self._moved = bench, model, model
+        self._by_hand: ByHand | None = None
+        names = list(bench.used())
+        ui.html("<h2>By hand</h2>", sanitize=False)
+        self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
+        self._chosen.on_value_change(partial(remember, "run"))
+        with ui.element("div").classes("hand"):
+            with ui.element("div").classes("sliders"):
+                with ui.row().classes("line"):
+                    ui.button("Keep as a model", on_click=telling(self._keep)).props("outline no-caps").mark("keep")
+                    ui.button("Back", on_click=self._back).props("outline no-caps").mark("back")
+                self._sliders = [_Slider(value, self._follow) for value in model.values if not value.fixed]
+            self._figures = Figures(self._curves)
+        self._chosen.on_value_change(self._reload)
+
+    def _curves(self) -> Sequence[Block]:
+        run = self._bench.entries[str(self._chosen.value)].run
+        assert run is not None
+        self._by_hand = ByHand.of(self._start, run)
+        return self._by_hand.blocks(self._start, self._moved)
+
+    def _reload(self) -> None:
+        self._by_hand = None
+        self._figures.reload()
+
+    def _follow(self, key: str, number: float) -> None:
+        self._move(self._moved.set({key: number}))
+
+    def _move(self, model: Model) -> None:
+        self._moved = model
+        if self._by_hand is not None:
+            self._figures.replace(self._by_hand.curves(model))
+
+    def _keep(self) -> None:
+        self._bench.keep(self._moved, "by hand")
+
+    def _back(self) -> None:
+        for slider in self._sliders:
+            slider.back()
+        self._move(self._start)
+
+
+class _Slider(ui.element, component="slider.js"):
+    """A slider that tells ``follow`` key and value; where it began it stands for exactly the value it began with."""
+
+    def __init__(self, value: Value, follow: Callable[[str, float], None]) -> None:
+        self._value, self._follow = value, follow
+        self._coordinates = Transformation.of([value])
+        self._began = round(float(self._coordinates.to_box(np.array([value.value]))[0]) * STEPS)
+        self._told = ui.label().props("aria-live=polite").tooltip(value.parameter.description)
+        super().__init__()
+        self._props.update({"began": self._began, "steps": STEPS, "aria-label": value.key})
+        self.on("move", lambda event: self._move(int(event.args)), throttle=THROTTLE_S)
+        self.mark(f"slider {value.key}")
+        self._tell(value.value)
+
+    def back(self) -> None:
+        """To where it began."""
+        self.run_method("back")
+        self._tell(self._value.value)
+
+    def _move(self, position: int) -> None:
+        moved = float(self._coordinates.from_box(np.array([position / STEPS]))[0])
+        number = self._value.value if position == self._began else moved
+        self._tell(number)
+        self._follow(self._value.key, number)
+
+    def _tell(self, number: float) -> None:
+        unit = "" if self._value.unit == "1" else f" {self._value.unit}"
+        self._told.text = f"{self._value.key} = {number:.4g}{unit}"

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The experiment that would tell two effects apart: designed, shown, and handed to the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from nicegui import ui
+
+from lce_app.workbench import command_lines, drawings
+from lce_app.workbench import tasks as work
+from lce_app.workbench.bench import Workbench
+from lce_app.workbench.error_notification import telling
+from lce_app.workbench.figures import Figures
+from lce_app.workbench.memory import turn_to
+from lce_app.workbench.tabs.bench import run_simulated
+from lce_data.errors import LceError
+from lce_model.effects import library
+
+MIN_LIKELIHOOD_RATIO: Final = 5.0
+"""Standard deviations that make a difference plain."""
+
+
+def fill(bench: Workbench) -> None:
+    """The two effects, the limits, and the waveforms designed so far."""
+    number = bench.session.current
+    if number is None:
+        ui.label("A model is needed. Fit one on the tab Add.")
+        return
+    ui.label("The waveform, within the limits, after which two effects that look alike are told apart best.")
+    first, second = likely_pair(bench)
+    with ui.row().classes("line"):
+        one = ui.select(list(library()), value=first, label="Effect")
+        other = ui.select(list(library()), value=second, label="Looks like")
+        power_w = ui.number("Laser at most [W]", value=2.0, min=0.05, max=2.0, step=0.1)
+        hottest_c = ui.number("Strip at most [°C]", value=110.0, min=30.0, max=180.0, step=5.0)
+        longest_s = ui.number("Longest [s]", value=150.0, min=30.0, max=600.0, step=10.0)
+
+        def begin() -> None:
+            limits = _number(power_w), _number(hottest_c), _number(longest_s)
+            design(bench, number, (str(one.value), str(other.value)), limits)
+
+        ui.button("Design", color="accent", on_click=telling(begin)).props("unelevated no-caps").mark("design")
+    for file, about in bench.designs():
+        _designed(bench, file, about)
+
+
+def design(bench: Workbench, number: int, between: tuple[str, str], limits: tuple[float, float, float]) -> None:
+    """Begin the search for a waveform within limits of power [W], temperature [°C] and duration [s]."""
+    model = bench.session.model_file(number)
+    bench.start(
+        f"Tell {between[0]} from {between[1]}",
+        work.design,
+        measure="separation",
+        model=model,
+        between=between,
+        limits=limits,
+        command=command_lines.design(bench, model, between, limits),
+        out=bench.session.place / f"wave-{between[0]}-{between[1]}.csv",
+    )
+
+
+def likely_pair(bench: Workbench) -> tuple[str, str]:
+    """The strongest candidate of the diagnosis and what it looks like; else the first two of the library."""
+    for candidate in (bench.diagnosis() or {"candidates": []})["candidates"]:
+        if candidate["aliases"]:
+            return candidate["effect"], candidate["aliases"][0]
+    first, second, *_ = library()
+    return first, second
+
+
+def _number(field: ui.number) -> float:
+    if field.value is None:
+        raise LceError(f"{field.props['label']}: a number is needed")
+    return float(field.value)
+
+
+def _designed(bench: Workbench, file: Path, about: Mapping[str, Any]) -> None:
+    """A waveform, what it is worth, and the button that runs it."""
+    time_s, power_w = np.loadtxt(file, delimiter=",", skiprows=1, unpack=True)
+    one, other = about["between"]
+    enough = (
+        ""
+        if about["separation"] > MIN_LIKELIHOOD_RATIO
+        else " Too little to tell them apart: give more time, power or heat."
+    )
+    ui.html(f"<h2>{one} or {other}</h2>", sanitize=False)
+    ui.label(
+        f"{about['protocol']}: {time_s[-1]:.0f} s, {power_w.max():.2f} W and {about['hottest_c']:.0f} °C at most. "
+        f"After the rival is refitted, {about['separation']:.1f} standard deviations of the noise remain.{enough}"
+    )
+    Figures(lambda: drawings.wave(f"{one} or {other}", time_s, power_w))
+    wave = file.relative_to(bench.folder).as_posix()
+
+    def run() -> None:
+        run_simulated(bench, wave)
+        turn_to("Bench")
+
+    with ui.row().classes("line"):
+        ui.button("Run it on the simulated bench", on_click=telling(run)).props("outline no-caps").mark(f"run {wave}")
+        ui.label(f"Another strip, or the real bench: on the tab Bench, with the protocol {wave}")

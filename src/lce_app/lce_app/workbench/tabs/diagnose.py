@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which effect is missing: the verdict, the candidates with their evidence, and what each would look like."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Final
+
+from nicegui import ui
+
+from lce_app.workbench import command_lines, drawings
+from lce_app.workbench import tasks as work
+from lce_app.workbench.bench import Workbench
+from lce_app.workbench.error_notification import telling
+from lce_app.workbench.figures import Figures
+from lce_app.workbench.memory import turn_to
+from lce_model.effects import library
+
+VERDICTS: Final = {
+    "adequate": "Adequate: nothing is missing",
+    "missing": "An effect is missing",
+    "unexplained": "Unexplained: something is missing that the library does not hold",
+    "cannot_tell": "Cannot tell: these data do not say",
+}
+SHOWN: Final = 8
+"""Candidates that are listed before the others."""
+
+
+def fill(bench: Workbench) -> None:
+    """The button, the answer, and the candidates."""
+    train, test = len(bench.runs("train")), len(bench.runs("test"))
+    if bench.session.current is None or not train:
+        ui.label("A model and a run to learn from are needed. Fit a model on the tab Add.")
+        return
+    with ui.row().classes("line"):
+        ui.button("Diagnose", color="accent", on_click=telling(lambda: diagnose(bench))).props(
+            "unelevated no-caps"
+        ).mark("diagnose")
+        judged = f"judged on {test} held out" if test else "none is held out to judge on (tab Runs)"
+        ui.label(f"the score test over the library on {train} {'run' if train == 1 else 'runs'}; {judged}")
+    found = bench.diagnosis()
+    if found is None:
+        ui.label("This model has not been diagnosed yet.")
+        return
+    with ui.element("section").classes("answer").props('aria-label="the answer"'):
+        ui.html(f"<h2>{VERDICTS[found['verdict']]}</h2>", sanitize=False).mark("verdict")
+        for sentence in found["sentences"]:
+            ui.label(sentence)
+    Figures(lambda: drawings.candidates(found))
+    for i, candidate in enumerate(sorted(found["candidates"], key=lambda c: c["effect"] not in found["added"])):
+        if i == SHOWN:
+            ui.html("<h2>The rest of the library</h2>", sanitize=False)
+        _candidate(bench, candidate)
+
+
+def diagnose(bench: Workbench) -> None:
+    """Begin the diagnosis of the current model."""
+    number = bench.session.current
+    assert number is not None
+    bench.start(
+        "Diagnose",
+        work.diagnose,
+        runs=bench.paths("train"),
+        test=bench.paths("test"),
+        model=bench.session.model_file(number),
+        out=bench.session.diagnosis_file(number),
+    )
+
+
+def add(bench: Workbench, effect: str) -> None:
+    """Begin adding an effect to the current model, and show where its error falls."""
+    number = bench.session.current
+    assert number is not None
+    model = bench.session.model_file(number)
+    bench.start_model(
+        f"Add {effect}",
+        work.add,
+        f"{effect} added to model {number}",
+        number,
+        command_lines.add(bench, effect, model),
+        effect=effect,
+        runs=bench.paths("train"),
+        test=bench.paths("test"),
+        model=model,
+    )
+    turn_to("Add")
+
+
+def _candidate(bench: Workbench, candidate: Mapping[str, Any]) -> None:
+    effect = library().get(candidate["effect"])
+    visible = f"{candidate['visibility']:.0%} visible" if candidate["shown"] else "these data would not show it"
+    told = f"evidence {candidate['evidence']:.3g}, fall {candidate['predicted_fall']:.1%}, {visible}"
+    with (
+        ui.expansion(candidate["effect"], caption=told)
+        .classes("candidate")
+        .mark(f"candidate {candidate['effect']}") as open_
+    ):
+        if effect is not None:
+            ui.html(f"<code>{effect.equation.replace('<', '&lt;')}</code>", sanitize=False)
+            with ui.element("ul"):
+                for p in effect.parameters:
+                    with ui.element("li"):
+                        unit = "" if p.unit == "1" else f" {p.unit}"
+                        ui.label(f"{p.name}: {p.description}, {p.lower:g} … {p.upper:g}{unit} ({p.source})")
+        expected = ", ".join(f"{key} = {value:.3g}" for key, value in candidate["settings"].items())
+        ui.label(f"Expected: {expected}; p = {candidate['p_value']:.1e}.")
+        if candidate["aliases"]:
+            ui.label(
+                f"In these data it looks like {', '.join(candidate['aliases'])}. The tab Tell apart designs the "
+                "experiment that would tell."
+            )
+        place = ui.element("div")
+        ui.button(f"Add {candidate['effect']}", on_click=telling(partial(add, bench, candidate["effect"]))).props(
+            "outline no-caps"
+        ).classes("as-wide").mark(f"add {candidate['effect']}")
+    open_.on_value_change(_once(lambda: _signature(bench, candidate, place)))
+
+
+def _signature(bench: Workbench, candidate: Mapping[str, Any], place: ui.element) -> None:
+    """Draw what the effect would look like, in the run learnt from that is first."""
+    model, run = bench.model(), next(iter(bench.runs("train").values()), None)
+    if model is not None and run is not None:
+        with place:
+            Figures(lambda: drawings.signature(model, run, candidate["effect"], candidate["settings"]))
+
+
+def _once(act: Callable[[], None]) -> Callable[[], None]:
+    """The act, the first time it is called."""
+    acts = [act]
+    return lambda: acts.pop()() if acts else None

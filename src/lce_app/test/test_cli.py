@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `lce` command: quick help, honest exit status, one line for what the user can put right."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lce_app.cli import main as cli
+from lce_data.units import KELVIN
+from lce_model import default_model, load_model, save_model, simulate
+
+LCE = [sys.executable, "-m", "lce_app.cli.main"]
+
+
+def test_help_comes_at_once_and_names_every_command() -> None:
+    took = []
+    for _ in range(3):
+        start = time.perf_counter()
+        done = subprocess.run([*LCE, "--help"], capture_output=True, text=True, check=True)
+        took.append(time.perf_counter() - start)
+    assert min(took) < 0.5
+    assert all(f"\n    {name} " in done.stdout for name in cli.COMMANDS)
+
+
+@pytest.mark.parametrize("name", list(cli.COMMANDS))
+def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main([name, "--help"])
+    assert ended.value.code == 0
+    assert cli.COMMANDS[name] in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("words", [[], ["nothing"], ["run"], ["run", "pulse", "--fast", "--realtime"], ["repair"]])
+def test_wrong_usage_is_status_2(words: list[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main(words)
+    assert ended.value.code == 2
+
+
+def test_a_reader_that_went_away_is_no_error(tmp_path: Path, model: Path) -> None:
+    words = ["simulate", "--model", model, "--input", "pulse", "--out", tmp_path / "run.csv"]
+    script = f"{' '.join(LCE)} {' '.join(map(str, words))} | true"
+    done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """The default model as a file."""
+    save_model(default_model(), tmp_path / "model.yaml")
+    return tmp_path / "model.yaml"
+
+
+def _simulate(tmp_path: Path, model: Path, wave: str, *more: str) -> int:
+    return cli.main(["simulate", "--model", str(model), "--input", wave, "--out", str(tmp_path / "run.csv"), *more])
+
+
+def test_simulate_writes_what_the_model_gives(tmp_path: Path, model: Path) -> None:
+    wave = tmp_path / "wave.csv"
+    time_s = np.arange(300) / 100
+    power_w = np.where(time_s < 2, 1.5, 0.0)
+    np.savetxt(wave, np.column_stack([time_s, power_w]), "%.2f", ",", header="time_s,power_w", comments="")
+    assert _simulate(tmp_path, model, str(wave)) == 0
+    assert (tmp_path / "run.csv").read_text().splitlines()[0] == "time_s,power_w,temperature_c,displacement_m"
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    run = simulate(load_model(model), time_s, power_w)
+    np.testing.assert_allclose(table[:, :2], np.column_stack([time_s, power_w]))
+    np.testing.assert_allclose(table[:, 2], run.temperature_k - KELVIN, atol=1e-6)
+    np.testing.assert_allclose(table[:, 3], run.displacement_m, rtol=1e-8)
+
+
+def test_simulate_makes_100_hz_of_a_coarse_wave(tmp_path: Path, model: Path) -> None:
+    (tmp_path / "wave.csv").write_text("time_s,power_w\n0,1\n1,0\n")
+    assert _simulate(tmp_path, model, str(tmp_path / "wave.csv")) == 0
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(np.diff(table[:, 0]), 0.01)
+    assert (table[:100, 1] == 1).all() and (table[100:, 1] == 0).all()
+
+
+def test_simulate_leaves_out_the_stage_that_is_not_there(tmp_path: Path) -> None:
+    save_model(default_model(deformation="none"), tmp_path / "model.yaml")
+    assert _simulate(tmp_path, tmp_path / "model.yaml", "pulse:th=1,rest=0") == 0
+    assert (tmp_path / "run.csv").read_text().startswith("time_s,power_w,temperature_c\n")
+
+
+def test_simulate_overwrites_only_when_told(tmp_path: Path, model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "run.csv").write_text("precious")
+    assert _simulate(tmp_path, model, "pulse") == 1
+    assert "exists already" in capsys.readouterr().err
+    assert (tmp_path / "run.csv").read_text() == "precious"
+    assert _simulate(tmp_path, model, "pulse", "--force") == 0
+
+
+@pytest.mark.parametrize(
+    ("wave", "more", "said"),
+    [
+        ("time_s,power_w\n0,nan\n", [], "line 2: '0,nan' is not finite"),
+        ("time_s,watt\n0,1\n", [], "no column power_w"),
+        ("time_s,power_w\n1,1\n0,1\n", [], "time does not increase"),
+        ("time_s,power_w\n0,1\n1,1\n", ["--set", "lumped.tau=-3"], "lumped.tau"),
+        ("time_s,power_w\n0,1\n1,1\n", ["--set", "creep.tau=3"], "creep.tau"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(
+    tmp_path: Path, model: Path, capsys: pytest.CaptureFixture[str], wave: str, more: list[str], said: str
+) -> None:
+    (tmp_path / "wave.csv").write_text(wave)
+    assert _simulate(tmp_path, model, str(tmp_path / "wave.csv"), *more) == 1
+    out, errors = capsys.readouterr()
+    assert out == "" and errors.startswith("lce: ") and errors.count("\n") == 1 and said in errors
+    assert not (tmp_path / "run.csv").exists()
+
+
+def test_an_error_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch, model: Path, tmp_path: Path) -> None:
+    def broken(text: str) -> None:
+        raise ValueError("a mistake in the program")
+
+    monkeypatch.setattr("lce_experiment.protocols.one", broken)
+    with pytest.raises(ValueError, match="a mistake in the program"):
+        _simulate(tmp_path, model, "pulse")

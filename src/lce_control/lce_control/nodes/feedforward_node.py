@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `feedforward`: which temperature gives a wanted displacement (§6.4).
+
+Serves      inverse_temperature  lce_interfaces/srv/InverseTemperature, m → °C
+Subscribes  temperature          sensor_msgs/Temperature, °C: the strip's past, for the branch `actual`
+Parameters  model_file           path of a model file; empty: the default model
+            branch               middle | heating | cooling: of the chart of the major loop (§6.4: middle);
+                                 actual: from where the temperatures so far have led the strip; live
+            deadband_k           K, reversals of the temperature smaller than this are noise; live
+
+A displacement out of reach is refused with the reachable range and a temperature of NaN, never clipped.
+"""
+
+import math
+import sys
+from collections import deque
+from typing import Any, Final
+
+from sensor_msgs.msg import Temperature
+
+from lce_data.errors import LceError
+from lce_interfaces.srv import InverseTemperature
+from lce_model import default_model, load_model
+from lce_model.inverse import BRANCHES, InverseChart, temperature_from_here_k
+from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, run
+
+ACTUAL: Final = "actual"
+PAST: Final = 36_000
+"""Temperatures that are remembered: an hour at 10 Hz."""
+
+
+class Feedforward(BenchNode):
+    """Answers from one model: from the chart of its major loop, or from where the strip is."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("feedforward", **options)
+        model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
+        self.declare("branch", "middle", "branch that answers", choices=(*BRANCHES, ACTUAL))
+        self.declare("deadband_k", 0.3, "reversals that are noise", unit="K", lower=0.0, upper=10.0)
+        self._model = load_model(model_file) if model_file else default_model()
+        self._chart = InverseChart(self._model)
+        self._past: deque[tuple[float, float]] = deque(maxlen=PAST)
+        self._answered = self._refused = 0
+        self.listen(Temperature, "temperature", self._remember)
+        self.create_service(InverseTemperature, "inverse_temperature", self._answer)
+        self._tell()
+        self.every(1.0, self._tell)
+
+    def _answer(
+        self, request: InverseTemperature.Request, response: InverseTemperature.Response
+    ) -> InverseTemperature.Response:
+        branch = self.value("branch")
+        try:
+            response.temperature = to_celsius(self._temperature_k(request.displacement, branch))
+        except LceError as error:
+            response.success, response.message, response.temperature = False, str(error), math.nan
+            self._refused += 1
+        else:
+            response.success, response.message = True, f"{branch} branch"
+            self._answered += 1
+        return response
+
+    def _temperature_k(self, displacement_m: float, branch: Any) -> float:
+        if branch != ACTUAL:
+            return self._chart.temperature_k(displacement_m, branch)
+        times, temperatures = zip(*self._past, strict=True) if self._past else ((), ())
+        return temperature_from_here_k(self._model, times, temperatures, displacement_m, self.value("deadband_k"))
+
+    def _remember(self, message: Temperature) -> None:
+        t_s = from_stamp(message.header.stamp)
+        if self._past and t_s <= self._past[-1][0]:
+            self._past.clear()  # the clock was set back, a simulation began again
+        if math.isfinite(message.temperature):
+            self._past.append((t_s, to_kelvin(message.temperature)))
+
+    def _tell(self) -> None:
+        branch = self.value("branch")
+        lower_m, upper_m = self._chart.reach_m("middle" if branch == ACTUAL else branch)
+        self.report(
+            Level.OK,
+            "ready",
+            reach_mm=f"{lower_m * 1e3:.3f} to {upper_m * 1e3:.3f}",
+            answered=self._answered,
+            refused=self._refused,
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
+    return run(Feedforward, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

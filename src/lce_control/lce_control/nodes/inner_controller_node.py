@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `inner_controller`: laser power that brings the strip to a temperature, the inner loop of Fig. 6.2.
+
+Subscribes  temperature_setpoint  sensor_msgs/Temperature, °C; NaN: there is none
+            temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement
+Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
+Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
+            n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
+            max_power_w           W, most that is commanded
+            setpoint_timeout_s    s, a setpoint older than this counts as none
+            temperature_timeout_s s, a measurement older than this counts as none
+
+All can be set while it runs. A command follows each setpoint at once, and goes on at 100 Hz without. It is zero without
+a fresh setpoint or temperature; when both are back, control starts anew. The last command is zero when the node ends.
+"""
+
+import math
+import sys
+from typing import Any, Final
+
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from lce_control.filters import Sample
+from lce_control.nodes.controller_node import ControllerNode
+from lce_control.nodes.loop_parameters import declare_loop
+from lce_control.pid import Gains, Limits
+from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
+from lce_ros.health import Level
+from lce_ros.node import run
+
+TUNED: Final = Gains(kp=0.05, ki=0.01, kd=0.001)
+"""(6.11)"""
+
+
+class InnerController(ControllerNode):
+    """One loop from temperature [K] to power [W]."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("inner_controller", **options)
+        self.declare("max_power_w", 2.0, "most that is commanded", unit="W", lower=0.0, upper=10.0)
+        self.declare("setpoint_timeout_s", 0.1, "age of a setpoint that is none", unit="s", lower=0.02, upper=1.0)
+        self.declare("temperature_timeout_s", 0.2, "age of a measurement that is none", unit="s", lower=0.1, upper=5.0)
+        self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
+        self._setpoint: Sample | None = None
+        self._temperature: Sample | None = None
+        self._command = self.advertise(Float64, "laser/power_command")
+        self.listen(Temperature, "temperature", self._take_temperature)
+        self.driven_by(Temperature, "temperature_setpoint", self._take_setpoint)
+
+    def close(self) -> None:
+        """Leave the laser with a zero."""
+        if self.context.ok():
+            self._command.publish(Float64(data=0.0))
+
+    def step(self, now_s: float) -> None:
+        """Command the power for now."""
+        setpoint, temperature = self._setpoint, self._temperature
+        power_w = 0.0
+        if setpoint is None or not math.isfinite(setpoint.value):
+            self._rest(Level.OK, "no setpoint")
+        elif not self.is_fresh(setpoint, now_s, "setpoint_timeout_s"):
+            self._rest(Level.WARN, "the setpoint is stale")
+        elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
+            self._rest(Level.ERROR, "no fresh temperature")
+        else:
+            power_w = self._loop.step(now_s, setpoint.value, temperature)
+            self.report(
+                Level.OK,
+                "controlling",
+                setpoint_c=to_celsius(setpoint.value),
+                temperature_c=to_celsius(temperature.value),
+                power_w=power_w,
+            )
+        self._command.publish(Float64(data=power_w))
+
+    def _rest(self, level: Level, why: str) -> None:
+        self._loop.reset()
+        self.report(level, f"{why}: zero power", power_w=0.0)
+
+    def _take_setpoint(self, message: Temperature) -> None:
+        self._setpoint = Sample(to_kelvin(message.temperature), self.now_s())
+
+    def _take_temperature(self, message: Temperature) -> None:
+        if math.isfinite(message.temperature):
+            self._temperature = Sample(to_kelvin(message.temperature), from_stamp(message.header.stamp))
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
+    return run(InnerController, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `model_controller`: laser power from the identified model of the strip, see ModelController.
+
+Subscribes  target_displacement   std_msgs/Float64, m, latched; a step, or a stream that is a trajectory
+            displacement          std_msgs/Float64, m
+            temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement
+            laser/power           std_msgs/Float64, W as applied: what the model of the strip goes on with
+Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
+Parameters  model_file            path of a model file; empty: the default model
+            max_power_w           W, most that is commanded
+            max_temperature_c     °C, the strip is not led beyond
+            horizon_s             s, how long a power is meant to be held: longer is calmer
+            bias_s                s, time constant of what the model gets wrong about the displacement
+            camera_noise_k        K, standard deviation of the camera's noise
+            displacement_timeout_s s, a displacement older than this counts as none
+            temperature_timeout_s s, a temperature older than this counts as none
+
+A command follows each displacement at once, and goes on at 100 Hz without. A target out of reach is refused, with the
+reachable range in the log and in /diagnostics; the one before it stays. The command is zero without a target, a fresh
+displacement or a fresh temperature, and when the node ends.
+"""
+
+import math
+import sys
+from typing import Any
+
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from lce_control.filters import Sample
+from lce_control.model_control import ModelController as Controller
+from lce_control.nodes.controller_node import PERIOD_S, ControllerNode
+from lce_data.errors import LceError
+from lce_model import default_model, load_model
+from lce_model.inverse import HOTTEST_K, InverseChart
+from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
+from lce_ros.health import Level
+from lce_ros.node import run
+
+
+class ModelController(ControllerNode):
+    """One model from displacement [m] and temperature [K] to power [W]."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("model_controller", **options)
+        model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
+        self.declare("max_power_w", 2.0, "most that is commanded", unit="W", lower=0.0, upper=10.0)
+        hottest_c = self.declare("max_temperature_c", 110.0, "the strip is not led beyond", unit="°C",
+                                 lower=30.0, upper=250.0, read_only=True)  # fmt: skip
+        settings = {
+            "horizon_s": self.declare("horizon_s", 0.3, "how long a power is meant to be held", unit="s",
+                                      lower=0.02, upper=2.0, read_only=True),
+            "bias_s": self.declare("bias_s", 0.05, "time constant of the bias of the displacement", unit="s",
+                                   lower=0.02, upper=10.0, read_only=True),
+            "camera_noise_k": self.declare("camera_noise_k", 0.06, "standard deviation of the camera's noise",
+                                           unit="K", lower=0.001, upper=5.0, read_only=True),
+        }  # fmt: skip
+        self.declare("displacement_timeout_s", 0.1, "age of a displacement that is none", unit="s",
+                     lower=0.02, upper=1.0)  # fmt: skip
+        self.declare("temperature_timeout_s", 0.2, "age of a measurement that is none", unit="s", lower=0.1, upper=5.0)
+        model, hottest_k = load_model(model_file) if model_file else default_model(), to_kelvin(hottest_c)
+        self._chart = InverseChart(model, hottest_k=min(hottest_k, HOTTEST_K))
+        # A command is applied at the laser's next tick.
+        self._controller = Controller(model, hottest_k=hottest_k, delay_s=PERIOD_S, **settings)
+        self._target_m = math.nan
+        self._refusal: str | None = None
+        self._displacement: Sample | None = None
+        self._new: Sample | None = None
+        self._temperature: Sample | None = None
+        self._applied_w = self._before_w = 0.0
+        self._command = self.advertise(Float64, "laser/power_command")
+        self.listen(Float64, "target_displacement", self._take_target, latched=True)
+        self.listen(Float64, "laser/power", self._take_power)
+        self.listen(Temperature, "temperature", self._take_temperature)
+        self.driven_by(Float64, "displacement", self._take_displacement)
+
+    def close(self) -> None:
+        """Leave the laser with a zero."""
+        if self.context.ok():
+            self._command.publish(Float64(data=0.0))
+
+    def step(self, now_s: float) -> None:
+        """Command the power for now."""
+        self._controller.observe(now_s, self._new, self._temperature, self._before_w)
+        self._new, self._before_w = None, self._applied_w
+        displacement, temperature, power_w = self._displacement, self._temperature, 0.0
+        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
+            self._rest("no fresh displacement")
+        elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
+            self._rest("no fresh temperature")
+        elif math.isnan(self._target_m):
+            self.report(Level.OK, "no target: zero power")
+        else:
+            power_w = self._follow(displacement)
+        if self._refusal is not None:
+            self.report(Level.ERROR, self._refusal)
+        self._command.publish(Float64(data=power_w))
+
+    def _follow(self, displacement: Sample) -> float:
+        self._controller.max_power_w = self.value("max_power_w")
+        power_w = self._controller.power_w(self._target_m, self._applied_w)
+        assert self._controller.observer is not None  # a temperature has come
+        believed = self._controller.observer.strip
+        self.report(
+            Level.OK,
+            "controlling",
+            target_mm=self._target_m * 1e3,
+            displacement_mm=displacement.value * 1e3,
+            temperature_c=to_celsius(believed.temperature_k),
+            gain=believed.gain,
+            drift_k_s=believed.drift_k_s,
+            bias_um=believed.bias_m * 1e6,
+            power_w=power_w,
+        )
+        return power_w
+
+    def _rest(self, why: str) -> None:
+        self.report(Level.OK if math.isnan(self._target_m) else Level.ERROR, f"{why}: zero power", power_w=0.0)
+
+    def _take_target(self, message: Float64) -> None:
+        try:
+            self._chart.temperature_k(message.data)
+        except LceError as error:
+            there = not math.isnan(self._target_m)
+            stays = f"{self._target_m * 1e3:.3f} mm stays the target" if there else "there is no target"
+            self._refusal = f"target refused: {error}; {stays}"
+            self.get_logger().error(self._refusal)
+        else:
+            self._target_m, self._refusal = message.data, None
+
+    def _take_power(self, message: Float64) -> None:
+        if math.isfinite(message.data):
+            self._applied_w = message.data
+
+    def _take_temperature(self, message: Temperature) -> None:
+        if math.isfinite(message.temperature):
+            self._temperature = Sample(to_kelvin(message.temperature), from_stamp(message.header.stamp))
+
+    def _take_displacement(self, message: Float64) -> None:
+        if math.isfinite(message.data):
+            self._displacement = self._new = Sample(message.data, self.now_s())
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
+    return run(ModelController, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `outer_controller`: the temperature at which the strip is where it should be, the outer loop of Fig. 6.2.
+
+Subscribes  target_displacement   std_msgs/Float64, m, latched
+            displacement          std_msgs/Float64, m
+            temperature           sensor_msgs/Temperature, °C: the integral waits until the strip is as hot as told
+Publishes   temperature_setpoint  sensor_msgs/Temperature, °C, 100 Hz; NaN: there is none
+Calls       inverse_temperature   lce_interfaces/srv/InverseTemperature: the feed-forward, once for each target
+Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its gains taken as per millimetre
+            n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
+            follow_k              K, the integral rests while the strip is further than this from the setpoint
+            lower_c, upper_c      °C, range of the setpoint
+            displacement_timeout_s s, a displacement older than this counts as none
+
+All can be set while it runs. A setpoint follows each displacement at once, and goes on at 100 Hz without. A target out
+of reach is refused, with the reachable range in the log and in /diagnostics; the one before it stays. There is no
+setpoint before the first target, nor without a fresh displacement.
+"""
+
+import math
+import sys
+from typing import Any, Final
+
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from lce_control.filters import Sample
+from lce_control.loops import FOLLOW_K, OuterLoop
+from lce_control.nodes.controller_node import ControllerNode
+from lce_control.nodes.loop_parameters import declare_loop
+from lce_control.nodes.target_node import Goal
+from lce_control.pid import Gains, Limits
+from lce_ros.conversions import to_celsius, to_kelvin, to_stamp
+from lce_ros.health import Level
+from lce_ros.node import run
+
+TUNED: Final = Gains(kp=39.0, ki=13.0, kd=2.0)
+"""(6.12)"""
+
+
+class OuterController(ControllerNode):
+    """One loop from displacement [m] to temperature setpoint [K], beside the feed-forward."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("outer_controller", **options)
+        self.declare("lower_c", 0.0, "lowest setpoint", unit="°C", lower=-50.0, upper=50.0)
+        self.declare("upper_c", 110.0, "highest setpoint", unit="°C", lower=50.0, upper=250.0)
+        self.declare("follow_k", FOLLOW_K, "distance to the setpoint at which the integral rests", unit="K",
+                     lower=0.0, upper=1000.0)  # fmt: skip
+        self.declare("displacement_timeout_s", 0.1, "age of a displacement that is none", unit="s",
+                     lower=0.02, upper=1.0)  # fmt: skip
+        self._outer = OuterLoop(declare_loop(self, TUNED, self._limits, "K", "m"))
+        self._goal = Goal(self)
+        self._displacement: Sample | None = None
+        self._temperature_k = math.nan
+        self._setpoint = self.advertise(Temperature, "temperature_setpoint")
+        self.listen(Temperature, "temperature", self._take_temperature)
+        self.driven_by(Float64, "displacement", self._take_displacement)
+
+    def step(self, now_s: float) -> None:
+        """Publish the setpoint for now."""
+        self._goal.look(now_s)
+        displacement, setpoint_k = self._displacement, math.nan
+        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
+            self._outer.reset()
+            self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: no setpoint")
+        elif not self._goal.exists:
+            self.report(Level.OK, "no target: no setpoint")
+        else:
+            setpoint_k = self._follow(now_s, displacement)
+        if self._goal.refusal is not None:
+            self.report(Level.ERROR, self._goal.refusal)
+        message = Temperature(temperature=to_celsius(setpoint_k))
+        message.header.stamp = to_stamp(now_s)
+        message.header.frame_id = "strip"
+        self._setpoint.publish(message)
+
+    def _follow(self, now_s: float, displacement: Sample) -> float:
+        target_m, feedforward_k = self._goal.target_m, self._goal.temperature_k
+        self._outer.follow_k = self.value("follow_k")
+        setpoint_k = self._outer.step(now_s, target_m, feedforward_k, displacement, self._temperature_k)
+        self.report(
+            Level.OK,
+            "controlling",
+            target_mm=target_m * 1e3,
+            displacement_mm=displacement.value * 1e3,
+            feedforward_c=to_celsius(feedforward_k),
+            setpoint_c=to_celsius(setpoint_k),
+        )
+        return setpoint_k
+
+    def _limits(self) -> Limits:
+        return Limits(to_kelvin(self.value("lower_c")), to_kelvin(self.value("upper_c")))
+
+    def _take_displacement(self, message: Float64) -> None:
+        if math.isfinite(message.data):
+            self._displacement = Sample(message.data, self.now_s())
+
+    def _take_temperature(self, message: Temperature) -> None:
+        self._temperature_k = to_kelvin(message.temperature)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point of the executable; the exit status."""
+    return run(OuterController, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

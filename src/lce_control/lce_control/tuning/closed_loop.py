@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A controller closed over a model of the strip, its sensors and its laser: the bench without its nodes, and faster."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_control.filters import Sample
+from lce_data.errors import LceError
+from lce_model import Model, Stepper
+
+Floats = NDArray[np.float64]
+Controller = Callable[[float, Sample, Sample], float]
+"""(t_s, displacement [m], temperature [K]) → power [W]; each sample has the time at which it was measured."""
+
+PERIOD_S = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """What the simulated bench's sensors do to the truth; zeros make them ideal.
+
+    The distance sensor measures in every period of 10 ms; the camera in every ``camera_period_s``, its reading arrives
+    ``camera_latency_s`` later. Noise is Gaussian, the defaults are those of simulated.yaml.
+    """
+
+    distance_noise_m: float = 4e-6
+    camera_noise_k: float = 0.06
+    camera_period_s: float = 0.1
+    camera_latency_s: float = 0.03
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """What became of it: true series (n,) at 100 Hz; ``power_w`` is what shone from each time to the next."""
+
+    time_s: Floats
+    power_w: Floats
+    temperature_k: Floats
+    displacement_m: Floats
+
+    @property
+    def energy_j(self) -> float:
+        """Light spent [J]."""
+        return float(self.power_w.sum() * PERIOD_S)
+
+
+def run(
+    strip: Model | Stepper,
+    control: Controller,
+    duration_s: float,
+    sensors: Sensors = Sensors(),
+    seed: int = 0,
+    max_power_w: float = 2.0,
+    changes: Sequence[tuple[float, Model]] = (),
+) -> ClosedLoop:
+    """Let a controller act on a strip for ``duration_s`` [s], from rest, or on a Stepper from where it is.
+
+    Powers are limited to [0, ``max_power_w``], as by the laser node. From each time of ``changes`` on, the strip has
+    the parameters of the model beside it (of the same terms): a disturbance. The same seed has the same noise.
+    """
+    if isinstance(strip, Model):
+        strip = Stepper(strip)
+        strip.step(0.0, 0.0)
+    size, shot, latency = (round(t / PERIOD_S) for t in (duration_s, sensors.camera_period_s, sensors.camera_latency_s))
+    if size < 1 or shot < 1:
+        raise LceError(
+            f"a closed loop of {duration_s:g} s with a camera every {sensors.camera_period_s:g} s: too short"
+        )
+    random = np.random.default_rng(seed)
+    distance_noise = sensors.distance_noise_m * random.standard_normal(size)
+    camera_noise = sensors.camera_noise_k * random.standard_normal(-(-size // shot))
+    events = {round(t_s / PERIOD_S): model for t_s, model in changes}
+    time, power, temperature, displacement = np.arange(size, dtype=np.float64) * PERIOD_S, *np.empty((3, size))
+    shots = [Sample(strip.measured_temperature_k, 0.0)]
+    seen = shots[0]
+    for k, t_s in enumerate(time.tolist()):
+        if k in events:
+            strip.become(events[k])
+        temperature[k], displacement[k] = strip.temperature_k, strip.displacement_m
+        if k % shot == 0:
+            shots.append(Sample(strip.measured_temperature_k + float(camera_noise[k // shot]), t_s))
+        if k >= latency and (k - latency) % shot == 0:
+            seen = shots[1 + (k - latency) // shot]
+        measured = Sample(strip.measured_displacement_m + float(distance_noise[k]), t_s)
+        power[k] = min(max(control(t_s, measured, seen), 0.0), max_power_w)
+        strip.step(float(power[k]), PERIOD_S)
+    return ClosedLoop(time, power, temperature, displacement)

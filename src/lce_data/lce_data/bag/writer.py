@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Write a rosbag2 folder with MCAP storage so that a crash loses no more than what was not yet flushed.
+
+Messages are kept back until `flush`, which puts them in order of (log time, topic) and writes them as one
+chunk: in lockstep the same messages give the same file, whatever order the callbacks ran in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+from mcap.writer import CompressionType, Writer
+
+from lce_data import __version__
+from lce_data.bag import metadata as bag_metadata
+from lce_data.bag.message_types import MessageType, message_type
+from lce_data.bag.metadata import FINISHED, RECORDING, TopicCount
+from lce_data.errors import LceError
+
+LIBRARY = f"lce {__version__}"
+FILE_NAME = "recording.mcap"
+"""The same in every folder, so that the same run is the same file, byte for byte."""
+_CHUNK_BYTES = 1 << 20
+
+
+class BagWriter:
+    """One recording. `folder` must not exist; it gets a metadata.yaml at once, which says "recording".
+
+    Raises LceError where the folder exists or cannot be made, or a message type is not installed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        try:
+            folder.mkdir(parents=True)
+            self.file = folder / FILE_NAME
+            self._stream = self.file.open("xb")
+        except FileExistsError:
+            raise LceError(f"{folder}: exists already; a recording is never overwritten") from None
+        except OSError as error:
+            raise LceError(f"{folder}: {error.strerror}") from None
+        self._writer: Any = Writer(self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
+        self._writer.start(profile="ros2", library=LIBRARY)
+        self._stream.flush()
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, tuple[int, MessageType, tuple[Mapping[str, Any], ...]]] = {}
+        self._waiting: list[tuple[int, str, int, bytes]] = []
+        self.counts: dict[str, int] = {}
+        self.start_ns = self.end_ns = 0
+        bag_metadata.write(folder, self._metadata(RECORDING))
+
+    def add_topic(self, name: str, type_name: str, qos: Sequence[Mapping[str, Any]]) -> None:
+        """Announce a topic before its first message, with the QoS profiles its publishers offer."""
+        kind = message_type(type_name)
+        if type_name not in self._schemas:
+            definition = kind.definition.encode()
+            self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", definition)
+        about = {"offered_qos_profiles": bag_metadata.dump([dict(profile) for profile in qos]).strip()}
+        channel = self._writer.register_channel(name, "cdr", self._schemas[type_name], about)
+        self._channels[name] = channel, kind, tuple(qos)
+        self.counts[name] = 0
+
+    def write(self, topic: str, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """Take one serialised message of an announced topic; it is on its way to disk at the next flush."""
+        self._waiting.append((log_ns, topic, publish_ns, data))
+
+    def flush(self) -> None:
+        """Hand everything received so far to the operating system, where a killed process cannot lose it."""
+        if not self._waiting:
+            return
+        self._waiting.sort(key=itemgetter(0, 1))
+        if not any(self.counts.values()):
+            self.start_ns = self._waiting[0][0]
+        for log_ns, topic, publish_ns, data in self._waiting:
+            self.counts[topic] += 1
+            self._writer.add_message(self._channels[topic][0], log_ns, data, publish_ns, self.counts[topic])
+            self.end_ns = max(self.end_ns, log_ns)
+        self._waiting.clear()
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Finish the file with its index and the folder with its metadata. A second call does nothing."""
+        if self._stream.closed:
+            return
+        self.flush()
+        content = self._metadata(FINISHED)
+        self._writer.add_metadata("rosbag2", {"serialized_metadata": bag_metadata.dump(content)})
+        self._writer.finish()
+        self._stream.close()
+        bag_metadata.write(self.folder, content)
+
+    def _metadata(self, state: str) -> dict[str, Any]:
+        topics = [
+            TopicCount(name, kind.name, kind.hash, qos, self.counts[name])
+            for name, (_, kind, qos) in sorted(self._channels.items())
+        ]
+        return bag_metadata.metadata(self.file.name, topics, self.start_ns, self.end_ns, state)

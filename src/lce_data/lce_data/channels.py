@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The measured quantities of the bench: one row a channel, and nothing else to edit where data are read or shown.
+
+Files, topics, fits, reports and the page ask a channel for what they need; none of them names a sensor of its own.
+"""
+
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_data.units import KELVIN
+
+Value = TypeVar("Value", float, NDArray[np.float64])
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit that people, files or messages use: value in it = factor × value in SI + offset."""
+
+    symbol: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def from_si(self, value: Value) -> Value:
+        """A value in SI, or an array of them, in this unit."""
+        return value * self.factor + self.offset
+
+    def to_si(self, value: Value) -> Value:
+        """A value in this unit, or an array of them, in SI."""
+        return (value - self.offset) / self.factor
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A quantity that is measured over time.
+
+    Parameters
+    ----------
+    name : how code, JSON and the page call it.
+    symbol : in tables and sentences.
+    unit : of its values in code, always SI.
+    recorded : unit in messages, CSV and JSON; ``suffix`` names it in columns and keys (``temperature_c``).
+    display : unit of axes.
+    difference : unit in which two values are compared, on axes of residuals and in sentences.
+    topic : relative to the namespace of the bench; ``message`` is its type.
+    output : the signal of the model that says what this sensor shows; None for an input of the model.
+    noise : standard deviation of the bench's sensor [SI], for experiments that are only designed.
+    lowest, largest : what a recording may hold [recorded unit], judged by the minimum and the typical value.
+    hint : what to do about a recording outside of that.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    recorded: Unit
+    suffix: str
+    display: Unit
+    difference: Unit
+    topic: str
+    message: str
+    output: str | None
+    noise: float
+    lowest: float
+    largest: float
+    hint: str
+
+    @property
+    def column(self) -> str:
+        """The column of a CSV, and the key of a JSON file, that holds it: ``temperature_c``."""
+        return f"{self.name}_{self.suffix}"
+
+
+POWER: Final = Channel(
+    name="power",
+    symbol="P",
+    unit="W",
+    recorded=Unit("W"),
+    suffix="w",
+    display=Unit("W"),
+    difference=Unit("W"),
+    topic="laser/power",
+    message="std_msgs/msg/Float64",
+    output=None,
+    noise=0.0,
+    lowest=0.0,
+    largest=float("inf"),
+    hint="a laser gives 0 W or more",
+)
+
+TEMPERATURE: Final = Channel(
+    name="temperature",
+    symbol="T",
+    unit="K",
+    recorded=Unit("°C", offset=-KELVIN),
+    suffix="c",
+    display=Unit("°C", offset=-KELVIN),
+    difference=Unit("K"),
+    topic="temperature",
+    message="sensor_msgs/msg/Temperature",
+    output="measured_temperature",
+    noise=0.06,
+    lowest=-KELVIN,
+    largest=200.0,
+    hint=f"is it in kelvin? Subtract {KELVIN}",
+)
+
+DISPLACEMENT: Final = Channel(
+    name="displacement",
+    symbol="d",
+    unit="m",
+    recorded=Unit("m"),
+    suffix="m",
+    display=Unit("mm", 1e3),
+    difference=Unit("µm", 1e6),
+    topic="displacement",
+    message="std_msgs/msg/Float64",
+    output="measured_displacement",
+    noise=4e-6,
+    lowest=-0.1,
+    largest=0.1,
+    hint="is it in millimetres? Divide by 1000",
+)
+
+CHANNELS: Final = (POWER, TEMPERATURE, DISPLACEMENT)
+"""Every channel, in the order in which they stand in a CSV."""
+
+SENSORS: Final = tuple(channel for channel in CHANNELS if channel.output is not None)
+"""The channels that a model predicts, in the order of the chain P → T → d."""

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How long work says where it is, and how it is told to stop."""
+
+from typing import Protocol
+
+from lce_data.errors import Cancelled
+
+
+class Progress(Protocol):
+    """Whoever watches a piece of work: a progress bar, a page, or nobody.
+
+    The work calls it often with the step it is at, and after each call asks whether to go on.
+    """
+
+    def __call__(self, label: str, done: int, total: int, rms: float) -> None:
+        """``done`` of ``total`` steps of ``label``; ``rms`` is the error reached, in units of the noise, or NaN.
+
+        May raise Cancelled or KeyboardInterrupt: the work ends in order and leaves no half-written file.
+        """
+
+
+def silent(label: str, done: int, total: int, rms: float) -> None:
+    """Watch nothing."""
+
+
+class CancelToken:
+    """A request to stop, set by one thread and seen by another.
+
+    Example
+    -------
+    >>> token = CancelToken()
+    >>> progress = token.watching(silent)
+    >>> token.cancel()
+    >>> progress("fit", 1, 10, 2.0)
+    Traceback (most recent call last):
+    lce_data.errors.Cancelled: cancelled
+    """
+
+    def __init__(self) -> None:
+        self.cancelled = False
+
+    def cancel(self) -> None:
+        """Ask the work to stop at its next step."""
+        self.cancelled = True
+
+    def watching(self, progress: Progress) -> Progress:
+        """The same progress, which raises Cancelled once this token is cancelled."""
+
+        def watched(label: str, done: int, total: int, rms: float) -> None:
+            if self.cancelled:
+                raise Cancelled("cancelled")
+            progress(label, done, total, rms)
+
+        return watched

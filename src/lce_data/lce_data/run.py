@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One experiment as plain values: a series for each channel that was measured, in SI units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """One measured quantity: time [s], increasing, and value [SI unit of its channel], both (n,) and finite."""
+
+    time_s: Floats
+    value: Floats
+
+
+@dataclass(frozen=True)
+class Run:
+    """One experiment. Time zero is the first sample of the laser power, or of any channel if no power was recorded.
+
+    Parameters
+    ----------
+    series : what was measured, by channel; the laser power is held from sample to sample.
+    sha256 : identifies the data.
+    conditions : what ``experiment.yaml`` says of the run, empty for a CSV.
+    """
+
+    name: str
+    series: Mapping[Channel, Series]
+    path: Path = Path()
+    sha256: str = ""
+    conditions: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        power: Series | None = None,
+        temperature: Series | None = None,
+        displacement: Series | None = None,
+        sha256: str = "",
+    ) -> "Run":
+        """A run of the bench's own three channels, those that are None not measured."""
+        given = {POWER: power, TEMPERATURE: temperature, DISPLACEMENT: displacement}
+        return cls(name, {channel: series for channel, series in given.items() if series is not None}, sha256=sha256)
+
+    def with_series(self, channel: Channel, series: Series | None) -> "Run":
+        """The same run with another series of a channel, or without it if None."""
+        others = {c: s for c, s in self.series.items() if c is not channel}
+        return replace(self, series=others if series is None else others | {channel: series})
+
+    @property
+    def power(self) -> Series | None:
+        """The laser power [W], None if it was not recorded."""
+        return self.series.get(POWER)
+
+    @property
+    def temperature(self) -> Series | None:
+        """The temperature [K], None if it was not measured."""
+        return self.series.get(TEMPERATURE)
+
+    @property
+    def displacement(self) -> Series | None:
+        """The displacement [m], None if it was not measured."""
+        return self.series.get(DISPLACEMENT)
+
+    @property
+    def measured(self) -> Mapping[Channel, Series]:
+        """The sensors' series, in the order of the channels."""
+        return {channel: self.series[channel] for channel in SENSORS if channel in self.series}
+
+    @property
+    def strip_length_m(self) -> float | None:
+        """Length of the strip, if the recording says it."""
+        conditions = self.conditions.get("conditions")
+        return conditions.get("strip_length_m") if isinstance(conditions, Mapping) else None

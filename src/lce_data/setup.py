@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_packages, setup
+
+PACKAGE = "lce_data"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
+    zip_safe=False,
+    maintainer="LCE bench contributors",
+    maintainer_email="lce-bench@example.org",
+    description="Channels, runs and file formats as plain values. No physics, no ROS nodes.",
+    license="Apache-2.0",
+)

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated strip: its model, and which laser power shone on it for how long."""
+
+import math
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from lce_data.errors import LceError
+from lce_model import Model, default_model, load_model
+
+LONGEST_STEP_S: Final = 0.01
+LONGEST_GAP_S: Final = 60.0
+
+
+class Drive:
+    """Zero-order hold of the laser power between the times at which it was received.
+
+    A power older than ``timeout_s`` counts as zero: the laser node may have been killed. A power received at
+    the very instant of a tick belongs to the time after it, so that the order of the two does not matter.
+    """
+
+    def __init__(self, timeout_s: float = 0.1) -> None:
+        self._timeout_s = timeout_s
+        self._waiting: deque[tuple[float, float]] = deque()
+        self._power_w = 0.0
+        self._expires_s = -math.inf
+        self._now_s: float | None = None
+
+    @property
+    def power_w(self) -> float:
+        """Power [W] at the end of the last stretch."""
+        return self._power_w
+
+    def put(self, power_w: float, t_s: float) -> None:
+        """Take in a power [W] received at ``t_s`` [s]; what is not a power counts as zero."""
+        self._waiting.append((t_s, power_w if math.isfinite(power_w) and power_w > 0.0 else 0.0))
+
+    def advance(self, t_s: float) -> Iterator[tuple[float, float]]:
+        """Pieces (power_w, dt_s) from the last time to ``t_s``, none longer than 10 ms.
+
+        The first call, and one after a gap of more than a minute or backwards (the clock was set), only sets
+        the time.
+        """
+        if self._now_s is None or not 0.0 <= t_s - self._now_s <= LONGEST_GAP_S:
+            self._now_s = t_s
+            return
+        while self._now_s < t_s:
+            self._take_in(self._now_s)
+            end_s = min(t_s, self._now_s + LONGEST_STEP_S, self._next_change_s())
+            yield self._power_w, end_s - self._now_s
+            self._now_s = end_s
+
+    def _take_in(self, t_s: float) -> None:
+        while self._waiting and self._waiting[0][0] <= t_s:
+            received_s, self._power_w = self._waiting.popleft()
+            self._expires_s = received_s + self._timeout_s
+        if self._expires_s <= t_s:
+            self._power_w = 0.0
+
+    def _next_change_s(self) -> float:
+        received_s = self._waiting[0][0] if self._waiting else math.inf
+        return min(received_s, self._expires_s) if self._power_w > 0.0 else received_s
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A parameter of a model and its value, from the text TERM.PARAM=VALUE."""
+
+    key: str
+    value: float
+
+    @classmethod
+    def parse(cls, text: str) -> "Setting":
+        """LceError for a text that is not of the form TERM.PARAM=NUMBER."""
+        key, separator, number = text.partition("=")
+        try:
+            return cls(key.strip(), float(number))
+        except ValueError:
+            hint = "not a number" if separator else "no '='"
+            raise LceError(f"set: {text!r} is not TERM.PARAM=VALUE ({hint})") from None
+
+
+def strip_model(model_file: str, settings: Iterable[str]) -> Model:
+    """The model of a file (empty: the default one) with settings TERM.PARAM=VALUE; blank ones are skipped."""
+    model = load_model(model_file) if model_file else default_model()
+    changes = [Setting.parse(text) for text in settings if text.strip()]
+    return model.configured({change.key: change.value for change in changes})

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node `recorder`: the topics of the bench, as they come over the wire, into a rosbag2 folder (MCAP).
+
+Subscribes  every topic of parameter `topics`, raw
+Parameters  out             folder of the recording; must not exist; empty: runs/DATE-TIME
+            topics          names, relative or absolute; "name pkg/msg/Type" for one the bench does not know
+            after           topics that must have come before it listens to laser/power_command, a second later: a
+                            player that waits for the recorder then waits until everything arrives
+            flush_period_s  s, how often messages go to the operating system: what a kill -9 can cost
+            experiment      JSON object, the beginning of experiment.yaml beside the bag
+
+The log time of a message is the node's clock when it came, the publish time its source's stamp (under
+simulated time both are the node's clock).
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import json
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.qos import QoSProfile
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from lce_data import experiment_file as experiment
+from lce_data.bag.message_types import message_type
+from lce_data.bag.writer import BagWriter
+from lce_data.errors import LceError
+from lce_data.topics import COMMAND, LATCHED_TOPICS, RECORDED
+from lce_ros.health import Level
+from lce_ros.node import BenchNode, run
+from lce_ros.qos import LATCHED, deeper
+
+_QUEUE = 1000
+"""Messages the middleware keeps while this process is kept from reading: 10 s at 100 Hz."""
+_SETTLE_S = 1.0
+"""From the last of ``after`` to the command: processes that find each other keep each other from their work, and what
+is a fault of the laser once somebody commands it (no temperature for half a second) is none before."""
+
+
+@dataclass(frozen=True)
+class _Stream:
+    """A topic as it was asked for, its resolved name, its type by name and as a class."""
+
+    topic: str
+    name: str
+    type_name: str
+    kind: Any
+
+
+class Recorder(BenchNode):
+    """Raw messages in, rosbag2 folder out; see the module for topics and parameters."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("recorder", **options)
+        out = self.declare("out", "", "folder of the recording; must not exist", read_only=True)
+        topics = self.declare("topics", list(RECORDED), "what is recorded", read_only=True)
+        flush_s = self.declare(
+            "flush_period_s",
+            0.25,
+            "how often messages are flushed",
+            unit="s",
+            lower=0.01,
+            upper=1.0,
+            read_only=True,
+        )
+        self._after = {
+            self.resolve_topic_name(topic)
+            for topic in self.declare("after", [""], "topics to hear before the command", read_only=True)
+            if topic
+        }
+        about = _object(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True))
+        streams = [self._stream(entry) for entry in topics]
+        self._after &= {stream.name for stream in streams}
+        self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
+        self._bag = BagWriter(self.folder)
+        self._about = {**about, "started": experiment.now()}
+        experiment.write(self.folder, self._about)
+        self._numbers: dict[str, int] = {}
+        self._lost: dict[str, int] = {}
+        self._simulated = self.on_sim_time
+        self._later = [stream for stream in streams if self._after and stream.topic == COMMAND]
+        for stream in streams:
+            if stream not in self._later:
+                self._record(stream)
+        self._complete_s = math.inf
+        self.every(flush_s, self._flush)
+
+    def close(self) -> None:
+        """Finish the bag, with what is still in the queues."""
+        if not self._about.get("ended"):
+            for reader in (reader for reader in self.subscriptions if reader.raw):
+                while (waiting := reader.handle.take_message(reader.msg_type, True)) is not None:
+                    reader.callback(*waiting)
+            self._bag.close()
+            self._about |= {
+                "ended": experiment.now(),
+                "messages": dict(sorted(self._bag.counts.items())),
+                "lost": dict(sorted(self._lost.items())),
+            }
+            experiment.write(self.folder, self._about)
+        super().close()
+
+    def _stream(self, entry: str) -> _Stream:
+        """What an entry of the parameter `topics` stands for. Raises LceError where there is no such type."""
+        topic, _, type_name = entry.strip().partition(" ")
+        type_name = type_name.strip() or RECORDED.get(topic, "")
+        if len(type_name.split("/")) != 3:
+            raise LceError(f"recorder: topic {entry!r} has no type here; write it as 'NAME pkg/msg/Type'")
+        package, _, message = message_type(type_name).name.split("/")
+        kind = getattr(importlib.import_module(f"{package}.msg"), message)
+        return _Stream(topic, self.resolve_topic_name(topic), type_name, kind)
+
+    def _record(self, stream: _Stream) -> None:
+        self.received.setdefault(stream.name, 0)
+        qos = LATCHED if stream.topic in LATCHED_TOPICS else deeper(_QUEUE)
+        self.create_subscription(stream.kind, stream.topic, functools.partial(self._keep, stream), qos, raw=True)
+
+    def _keep(self, stream: _Stream, message: bytes, info: dict[str, Any]) -> None:
+        topic = stream.name
+        self.received[topic] += 1
+        if topic not in self._bag.counts:
+            publishers = self.get_publishers_info_by_topic(topic)
+            self._bag.add_topic(topic, stream.type_name, _offered(publishers))
+            self._lost[topic] = 0
+            self._after.discard(topic)
+            if not self._after:
+                self._complete_s = min(self._complete_s, self.now_s())
+        now_ns = self.get_clock().now().nanoseconds
+        self._bag.write(topic, now_ns, now_ns if self._simulated else info["source_timestamp"], message)
+        self._count_lost(topic, info["publication_sequence_number"])
+
+    def _count_lost(self, topic: str, number: int) -> None:
+        """Notice gaps in the numbers that a publisher gives its messages; several on one topic mix theirs."""
+        if topic not in self._lost:
+            return
+        last = self._numbers.get(topic, number - 1)
+        if number <= last:
+            del self._lost[topic]
+        elif number > last + 1:
+            self._lost[topic] += number - last - 1
+            self.report(Level.WARN, "messages were lost", lost=sum(self._lost.values()))
+        self._numbers[topic] = number
+
+    def _flush(self) -> None:
+        self._bag.flush()
+        while self._later and self.now_s() >= self._complete_s + _SETTLE_S:
+            self._record(self._later.pop())
+
+
+def _offered(publishers: Sequence[TopicEndpointInfo]) -> list[dict[str, Any]]:
+    profiles: list[dict[str, Any]] = []
+    for publisher in publishers:
+        profile = qos_entry(publisher.qos_profile)
+        if profile not in profiles:
+            profiles.append(profile)
+    return profiles
+
+
+def _object(text: str) -> dict[str, Any]:
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise LceError(f"recorder: parameter experiment is not JSON ({error})") from None
+    if not isinstance(value, dict):
+        raise LceError(f"recorder: parameter experiment is {text!r}, not a JSON object")
+    return value
+
+
+def qos_entry(profile: QoSProfile) -> dict[str, Any]:
+    """A QoS profile as rosbag2 (metadata version 9) writes it."""
+    return {
+        "history": profile.history.name.lower(),
+        "depth": profile.depth,
+        "reliability": profile.reliability.name.lower(),
+        "durability": profile.durability.name.lower(),
+        "deadline": _time(profile.deadline),
+        "lifespan": _time(profile.lifespan),
+        "liveliness": profile.liveliness.name.lower(),
+        "liveliness_lease_duration": _time(profile.liveliness_lease_duration),
+        "avoid_ros_namespace_conventions": profile.avoid_ros_namespace_conventions,
+    }
+
+
+def _time(duration: Duration) -> dict[str, int]:
+    sec, nsec = divmod(duration.nanoseconds, 10**9)
+    return {"sec": sec, "nsec": nsec}
+
+
+def main() -> int:
+    """Entry point of the executable."""
+    return run(Recorder)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What became of a positioning experiment: its bag as series and figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
+
+from lce_control.step_metrics import StepMetrics, step_metrics
+from lce_control.time_optimal import bang_bang
+from lce_data.errors import LceError
+from lce_data.topics import TARGET
+from lce_experiment.graph import NAMESPACE
+from lce_model import Model, simulate
+from lce_model.inverse import HOTTEST_K, InverseChart, OutOfReach
+
+Floats = NDArray[np.float64]
+_NUMBERS = {"std_msgs/msg/Float64": "data", "sensor_msgs/msg/Temperature": "temperature"}
+_STEADY_S = 600.0
+
+
+@dataclass(frozen=True)
+class Positioning:
+    """A target and what the strip made of it, from the moment it was set.
+
+    Attributes
+    ----------
+    series : time [s] and value, (n,) each, by topic; T in °C, P in W, d in m.
+    figures : of the true displacement on a simulated strip, of the measured one on a real one.
+    limit_rise_time_s : of the bang-bang limit of the same strip.
+    energy_j : light on the strip.
+    """
+
+    folder: Path
+    target_m: float
+    series: Mapping[str, tuple[Floats, Floats]]
+    figures: StepMetrics
+    limit_rise_time_s: float
+    energy_j: float
+
+    def as_json(self) -> dict[str, float | None]:
+        """As `lce control --json` has it: fractions of the target; null where there is no such time."""
+        figures = self.figures
+        numbers = {
+            "target_m": self.target_m,
+            "rise_time_s": figures.rise_time_s,
+            "limit_rise_time_s": self.limit_rise_time_s,
+            "overshoot": figures.overshoot,
+            "settling_time_s": figures.settling_time_s,
+            "rmse_after_30s": figures.rmse_after_30s,
+            "energy_j": self.energy_j,
+        }
+        return {name: float(f"{number:.6g}") if math.isfinite(number) else None for name, number in numbers.items()}
+
+
+def check_reach(strip: Model, target_m: float, max_power_w: float) -> None:
+    """Raise OutOfReach for a target [m] that the strip has on no branch, or for which the laser is too weak."""
+    if strip.deformation == "none":
+        raise LceError("a strip without a deformation stage has no displacement to control")
+    time_s = np.arange(0.0, _STEADY_S, 0.1)
+    hottest_k = float(simulate(strip, time_s, np.full_like(time_s, max_power_w)).temperature_k.max())
+    lower_m, upper_m = InverseChart(strip, hottest_k=min(hottest_k, HOTTEST_K)).reach_m("middle")
+    if not max(lower_m, 0.0) < target_m <= upper_m:
+        raise OutOfReach(target_m, max(lower_m, 0.0), upper_m)
+
+
+def judge(folder: Path, target_m: float, strip: Model, max_power_w: float) -> Positioning:
+    """Read the bag of a step to ``target_m`` [m] from rest, on ``strip`` (the bound is that of this model)."""
+    series = read_series(folder)
+    missing = [topic for topic in ("displacement", "temperature", "laser/power", TARGET) if topic not in series]
+    if missing:
+        raise LceError(f"{folder}: nothing was recorded of {', '.join(missing)}")
+    begin_s = series[TARGET][0][0]
+    series = {topic: (time_s - begin_s, value) for topic, (time_s, value) in series.items()}
+    time_s, displacement_m = series.get("sim/displacement", series["displacement"])
+    after = time_s >= 0.0
+    best = bang_bang(strip, target_m, 30.0, max_power_w)
+    power_time_s, power_w = series["laser/power"]
+    lit = np.clip(power_time_s, 0.0, None)
+    return Positioning(
+        folder,
+        target_m,
+        series,
+        step_metrics(time_s[after], displacement_m[after], target_m),
+        step_metrics(best.time_s, best.displacement_m, target_m).rise_time_s,
+        float(np.sum(power_w[:-1] * np.diff(lit))),
+    )
+
+
+def read_series(folder: Path) -> dict[str, tuple[Floats, Floats]]:
+    """Log time [s] and number of every Float64 and Temperature topic of a bag, by its name without the namespace."""
+    found: dict[str, tuple[list[int], list[float]]] = {}
+    with AnyReader([folder]) as reader:
+        wanted = [c for c in reader.connections if c.msgtype in _NUMBERS]
+        for connection, time_ns, data in reader.messages(wanted):
+            message: Any = reader.deserialize(data, connection.msgtype)
+            times, numbers = found.setdefault(connection.topic.removeprefix(f"{NAMESPACE}/"), ([], []))
+            times.append(time_ns)
+            numbers.append(getattr(message, _NUMBERS[connection.msgtype]))
+    return {topic: (np.array(times) * 1e-9, np.array(numbers)) for topic, (times, numbers) in found.items()}

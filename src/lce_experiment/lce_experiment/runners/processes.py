@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Child processes that end with us: on success, on an error, on Ctrl-C, and even when we are killed."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+
+from lce_data.errors import LceError
+
+_PR_SET_PDEATHSIG = 1
+_STOP_S = 8.0
+_LIBC = ctypes.CDLL(None)  # loaded before any fork
+
+
+class Processes:
+    """Started children by name; leaving the context ends them, the one that was started first last.
+
+    What they print goes to a file each in `logs`, and its last line into the error if one dies.
+    """
+
+    def __init__(self, logs: Path) -> None:
+        self._logs = logs
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def start(self, name: str, command: Sequence[str], pipe: bool = False) -> subprocess.Popen[bytes]:
+        """Start a child, with a pipe for its stdout if asked.
+
+        It gets a session of its own: Ctrl-C is for us alone, who then end the children in order.
+        """
+        with self._log(name).open("w") as log:
+            self._running[name] = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE if pipe else log,
+                stderr=log,
+                start_new_session=True,
+                preexec_fn=end_with_parent if sys.platform == "linux" else None,
+            )
+        return self._running[name]
+
+    def check(self, but: str = "") -> None:
+        """Raise LceError if a child has ended; not the one that `but` names, which may."""
+        for name, process in self._running.items():
+            status = process.poll()
+            if status is not None and name != but:
+                raise LceError(f"{name} ended early ({_how(status)}){self._last_words(name)}")
+
+    def stop(self, name: str, after_s: float = 0.0) -> None:
+        """End one child, gently, and firmly if it does not; `after_s` is how long it may end by itself.
+
+        Raises LceError where it ended with an error.
+        """
+        process = self._running.pop(name)
+        waits = [
+            (None, after_s),
+            *((number, _STOP_S) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)),
+        ]
+        for number, wait_s in waits:
+            if number is not None and process.poll() is None:
+                process.send_signal(number)
+            try:
+                process.wait(wait_s)
+                break
+            except subprocess.TimeoutExpired:
+                continue
+        if process.stdout is not None:
+            process.stdout.close()
+        if process.returncode not in (0, -signal.SIGINT):
+            raise LceError(f"{name} did not end well ({_how(process.returncode)}){self._last_words(name)}")
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        problems = []
+        names = list(self._running)
+        for name in names[1:]:
+            if self._running[name].poll() is None:
+                self._running[name].send_signal(signal.SIGINT)
+        for name in reversed(names):
+            try:
+                self.stop(name, after_s=0.0 if name == names[0] else _STOP_S)
+            except LceError as problem:
+                problems.append(str(problem))
+        if problems and kind is None:
+            raise LceError("; ".join(problems))
+
+    def _log(self, name: str) -> Path:
+        return self._logs / f"{name}.log"
+
+    def _last_words(self, name: str) -> str:
+        lines = self._log(name).read_text(errors="replace").strip().splitlines()
+        return f": {lines[-1].strip()}" if lines else ""
+
+
+def _how(status: int) -> str:
+    return f"status {status}" if status >= 0 else f"killed by {signal.Signals(-status).name}"
+
+
+def end_with_parent() -> None:
+    """In the child: be interrupted when the parent dies, however it dies (Linux)."""
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Launch files and configuration name executables and parameters that exist; with ROS launch, they run."""
+
+import ast
+import importlib.util
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from run_command import experiment, read
+
+from lce_experiment import graph
+from lce_ros.testing import Graph
+
+pytestmark = pytest.mark.alone
+
+ROOT = Path(__file__).resolve().parents[2]
+BRINGUP = ROOT / "src" / "lce_bringup"
+LAUNCH_FILES = sorted((BRINGUP / "launch").glob("*.launch.py"))
+CONFIG_FILES = sorted((BRINGUP / "config").glob("*.yaml"))
+CONTROLLERS = tuple(dict.fromkeys(spec for mode in graph.CONTROLLERS.values() for spec in mode))
+NODES = (*graph.BENCH, *CONTROLLERS, graph.RECORDER, graph.PLAYER)
+
+
+def _console_scripts() -> dict[str, dict[str, str]]:
+    """Executables of each package of the workspace: name to module:function, out of its setup.py."""
+    found: dict[str, dict[str, str]] = {}
+    for file in sorted(ROOT.glob("src/*/setup.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and ":main" in node.value:
+                name, _, target = node.value.partition("=")
+                found.setdefault(file.parent.name, {})[name.strip()] = target.strip()
+    return found
+
+
+def _nodes(file: Path) -> list[dict[str, Any]]:
+    """The constant keyword arguments of every Node(...) in a launch file."""
+    calls = [n for n in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(n, ast.Call)]
+    return [
+        {word.arg: word.value.value for word in call.keywords if word.arg and isinstance(word.value, ast.Constant)}
+        for call in calls
+        if isinstance(call.func, ast.Name) and call.func.id == "Node"
+    ]
+
+
+@pytest.mark.parametrize("file", LAUNCH_FILES, ids=lambda file: file.name)
+def test_every_node_of_a_launch_file_is_an_executable(file: Path) -> None:
+    scripts = _console_scripts()
+    for node in _nodes(file):
+        assert node["executable"] in scripts[node["package"]], node
+
+
+def test_the_launch_files_start_the_whole_bench() -> None:
+    nodes = {(n["package"], n["executable"]) for file in LAUNCH_FILES for n in _nodes(file)}
+    assert nodes == {(spec.module.split(".")[0], spec.name) for spec in NODES}
+
+
+def test_executables_and_the_modules_of_lce_run_are_the_same() -> None:
+    scripts = _console_scripts()
+    for spec in NODES:
+        assert scripts[spec.module.split(".")[0]][spec.name] == f"{spec.module}:main"
+
+
+@pytest.mark.parametrize("file", CONFIG_FILES, ids=lambda file: file.name)
+def test_configuration_is_for_nodes_that_exist(file: Path) -> None:
+    names = {f"/**/{spec.name}" for spec in NODES}
+    content = yaml.safe_load(file.read_text(encoding="utf-8"))
+    assert set(content) <= names
+    assert all(set(entry) == {"ros__parameters"} for entry in content.values())
+
+
+@pytest.mark.parametrize("spec", [*graph.BENCH, *CONTROLLERS], ids=lambda spec: spec.name)
+def test_configured_parameters_are_declared_and_accepted(bench: Graph, spec: graph.NodeSpec) -> None:
+    parameters: dict[str, Any] = {}
+    for name in ("bench.yaml", "simulated.yaml", "control.yaml"):
+        content = yaml.safe_load((BRINGUP / "config" / name).read_text(encoding="utf-8"))
+        parameters |= content.get(f"/**/{spec.name}", {}).get("ros__parameters", {})
+    node = bench.add(graph.node_class(spec), **parameters)
+    for name, value in parameters.items():
+        assert node.get_parameter(name).value == value
+
+
+needs_launch = pytest.mark.skipif(
+    importlib.util.find_spec("launch_ros") is None, reason="ROS's launch is not among the wheels"
+)
+
+
+@needs_launch
+@pytest.mark.parametrize("file", LAUNCH_FILES, ids=lambda file: file.name)
+def test_a_launch_file_is_a_launch_description(file: Path) -> None:
+    from launch import LaunchDescription
+
+    spec = importlib.util.spec_from_file_location("launched", file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert isinstance(module.generate_launch_description(), LaunchDescription)
+
+
+def test_the_launch_file_of_control_knows_every_mode() -> None:
+    text = (BRINGUP / "launch" / "control.launch.py").read_text(encoding="utf-8")
+    assert f"choices={[*graph.CONTROLLERS]}".replace("'", '"') in text
+
+
+@needs_launch
+def test_an_experiment_is_launched_and_recorded(bench: Graph, tmp_path: Path) -> None:
+    """`ros2 launch` for real: the bench comes up, plays, and goes down with a finished bag."""
+    import os
+
+    done = subprocess.run(
+        [
+            *("ros2", "launch", "lce_bringup", "experiment.launch.py"),
+            *("protocol:=hold:power=1.5,hold=2,rest=1", f"out:={tmp_path / 'bag'}", "seed:=3"),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=90,
+        env=os.environ | {"ROS_DOMAIN_ID": str(bench.domain)},
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    power = [message.data for message in read(tmp_path / "bag")["/lce/laser/power"][1]]
+    assert max(power) == 1.5 and power[-1] == 0
+    assert experiment(tmp_path / "bag")["protocol"] == "hold:power=1.5,hold=2,rest=1"

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/tutorial-own-effect.md, run as it stands; and what is wrong with an effect file is told in one line."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import yaml
+from run_command import lce
+
+from lce_app.cli import main as cli
+from lce_data.errors import LceError
+from lce_model import default_model, load_model, save_model
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "tutorial-own-effect.md").read_text(encoding="utf-8")
+
+
+def blocks(kind: str) -> list[str]:
+    """The code blocks of one kind, in their order."""
+    found = re.findall(r"^```(.*?)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    return [text for name, text in found if name == kind]
+
+
+(EFFECT,) = blocks("python")
+(STRIP,) = blocks("yaml")
+TRY_OUT, USE, RUN = blocks("")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the two files of the page."""
+    (tmp_path / "glare.py").write_text(EFFECT, encoding="utf-8")
+    (tmp_path / "strip.yaml").write_text(STRIP, encoding="utf-8")
+    return tmp_path
+
+
+def shell(block: str, folder: Path) -> list[str]:
+    """What the commands of a block print, each run to its good end in the folder."""
+    printed = []
+    for line in block.splitlines():
+        program, *words = shlex.split(line, comments=True)
+        assert program == "lce"
+        found = [sorted(map(str, folder.glob(w))) if "*" in w else [w] for w in words]
+        done = lce(*(word for part in found for word in part), cwd=folder, timeout_s=100.0)
+        assert done.returncode == 0, done.stderr
+        printed.append(done.stdout)
+    return printed
+
+
+def test_an_effect_takes_fewer_than_25_lines() -> None:
+    assert len(EFFECT.splitlines()) < 25
+
+
+@pytest.mark.timeout(300)  # seven commands, each a process
+def test_the_page_from_the_strip_that_has_the_effect_to_the_model_that_knows_it(folder: Path) -> None:
+    (said,) = shell(TRY_OUT, folder)
+    assert "T_meas = T + b P" in said and "Tried out" in said
+    shell(RUN, folder)
+    diagnosed, added, fitted = shell(USE, folder)
+    assert diagnosed.startswith("glare is missing")
+    assert re.search(r"^With glare the squared error falls by \d+", added)
+    assert "glare.b" in fitted
+    for name in ("m2.yaml", "m3.yaml"):
+        assert yaml.safe_load((folder / name).read_text())["effects"] == ["glare.py"]
+        assert load_model(folder / name)["glare.b"] == pytest.approx(0.4, abs=0.02)
+
+
+def test_a_model_file_finds_its_effect_wherever_it_is_read_from(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir("/")
+    model = load_model(folder / "strip.yaml")
+    (folder / "elsewhere").mkdir()
+    save_model(model, folder / "elsewhere" / "copy.yaml")
+    assert yaml.safe_load((folder / "elsewhere" / "copy.yaml").read_text())["effects"] == ["../glare.py"]
+    assert load_model(folder / "elsewhere" / "copy.yaml") == model
+    assert model.without(str(folder / "glare.py")).values == default_model().values
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("EFFECT =", "EFECT =", "defines no EFFECT = Effect(...)"),
+        ('    strength="b",\n', "", "missing 1 required keyword-only argument: 'strength'"),
+        ('strength="b"', 'strength="c"', "effect glare: no parameter 'c'; it has b"),
+        ('"K/W", 0.0,', '"K/W", 1.0,', "effect glare: b is 1 by default, not at its null 0"),
+        ("typical=0.3", "typical=30.0", "parameter b: 30 K/W is outside [-5, 5] K/W"),
+        ("power, b)", "powr, b)", "term glare: argument 'powr' of step is no signal, parameter or state"),
+        ('"measured_temperature",)', '"reading",)', "term glare: unknown output 'reading'"),
+        ('"sensor"', '"camera"', "term glare: unknown stage 'camera'"),
+        ('name="glare"', 'name="gl are"', "'gl are' is no name"),
+        ("+ b * power", "+ b *", "SyntaxError: invalid syntax (glare.py, line 8)"),
+        ("import Parameter", "import Parametre", "ImportError: cannot import name 'Parametre'"),
+        ("+ b * power", "+ b * light_of_day", "step cannot be compiled: NameError: name 'light_of_day' is not defined"),
+        ("+ b * power", ", b * power", "step returns UniTuple(float64 x 2), but has to return a number each for"),
+        ("+ b * power", "+ b * power + 1.0", "at b = 0 it changes measured_temperature_k"),
+        ("+ b * power", "+ 0.0 * b", "at b = 0.3 it changes nothing"),
+        ("+ b * power", "+ b * power / (b - 0.3)", "at b = 0.3 it gives what is not a number"),
+        ('name="glare"', 'name="lumped"', "the model has a term lumped already"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told_in_one_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, told: str
+) -> None:
+    file = folder / "glare.py"
+    assert old in EFFECT
+    file.write_text(EFFECT.replace(old, new), encoding="utf-8")
+    assert cli.main(["effects", str(file)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"lce: {file}: ")
+    assert told in line
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(LceError, match=r"none\.py: no such effect file"):
+        default_model().add(str(tmp_path / "none.py"))
+
+
+def test_an_effect_of_the_library_cannot_be_had_twice_under_one_name(folder: Path) -> None:
+    (folder / "glare.py").write_text(EFFECT.replace('name="glare"', 'name="creep"'), encoding="utf-8")
+    with pytest.raises(LceError, match=r"glare\.py: the model has a term creep already"):
+        default_model().add("creep").add(str(folder / "glare.py"))

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recorder as a process: nothing dropped, nothing lost to a kill -9, nothing overwritten."""
+
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from run_command import experiment, lce, read, until
+from std_msgs.msg import Float64
+
+from lce_data.bag.repair import repair
+from lce_ros.testing import Graph
+
+pytestmark = pytest.mark.alone
+
+RECORDER = "lce_experiment.nodes.recorder_node"
+PUBLISHER = """
+import sys
+from lce_ros.node import BenchNode, run
+from std_msgs.msg import Float64
+
+class Publisher(BenchNode):
+    def __init__(self):
+        super().__init__("publisher")
+        count = self.declare("count", 5, "topics")
+        self.out = [self.advertise(Float64, f"topic{k}") for k in range(count)]
+        self.number = 0
+        self.every(0.01, self.tick)
+
+    def tick(self):
+        if all(out.get_subscription_count() for out in self.out):
+            for out in self.out:
+                out.publish(Float64(data=float(self.number)))
+            self.number += 1
+
+sys.exit(run(Publisher))
+"""
+
+
+def _start(bench: Graph, folder: Path, topics: int = 1, **parameters: str) -> "subprocess.Popen[str]":
+    """A recorder of topic0, topic1, ... that is ready to record."""
+    names = ", ".join(f"topic{k} std_msgs/msg/Float64" for k in range(topics))
+    return bench.start(RECORDER, out=str(folder), topics=f"[{names}]", **parameters)
+
+
+def _finish(process: "subprocess.Popen[str]") -> None:
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=10)
+    assert process.returncode == 0, errors
+
+
+def _size(folder: Path) -> int:
+    file = folder / "recording.mcap"
+    return file.stat().st_size if file.exists() else 0
+
+
+def test_nothing_is_dropped_on_five_topics_at_100_hz(bench: Graph, tmp_path: Path) -> None:
+    recorder = _start(bench, tmp_path / "bag", topics=5)
+    publisher = bench.start("", code=PUBLISHER, count="5")
+    until(lambda: _size(tmp_path / "bag") > 200_000, "6 s of recording")
+    _finish(publisher)
+    _finish(recorder)
+    found = {topic: np.array([m.data for m in messages]) for topic, (_, messages) in read(tmp_path / "bag").items()}
+    assert sorted(found) == [f"/lce/topic{k}" for k in range(5)]
+    for topic, numbers in found.items():
+        np.testing.assert_array_equal(np.diff(numbers), 1.0, err_msg=topic)
+        assert numbers[-1] == found["/lce/topic0"][-1] and numbers.size > 500
+    assert set(experiment(tmp_path / "bag")["lost"].values()) == {0}
+
+
+def test_a_killed_recorder_loses_less_than_a_second(bench: Graph, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    recorder = _start(bench, bag)
+    node = bench.probe()
+    out = node.advertise(Float64, "topic0")
+    bench.until(out.get_subscription_count)
+    sent: list[float] = []
+
+    def send() -> None:
+        sent.append(time.time())
+        out.publish(Float64(data=float(len(sent))))
+
+    node.every(0.01, send)
+    bench.until(lambda: _size(bag) > 12_000 and len(sent) % 10 == 7, what="recording")
+    killed = time.time()
+    bench.kill(recorder)
+    state = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["custom_data"]
+    assert state == {"lce_state": "recording"}
+    done = lce("repair", str(bag))
+    assert done.returncode == 0 and "recording.mcap.truncated" in done.stdout, done.stderr
+    times, messages = read(bag)["/lce/topic0"]
+    numbers = np.array([m.data for m in messages])
+    np.testing.assert_array_equal(np.diff(numbers), 1.0)
+    assert numbers[-1] >= sum(t < killed - 1.0 for t in sent) and numbers.size > 50
+    assert killed - times[-1] < 1.0
+    assert repair(bag).original is None
+
+
+def test_times_are_those_of_receipt_and_of_the_source(bench: Graph, tmp_path: Path) -> None:
+    from mcap.reader import make_reader
+
+    recorder = _start(bench, tmp_path / "bag")
+    out = bench.probe().advertise(Float64, "topic0")
+    bench.until(out.get_subscription_count)
+    clock = Clock(clock_type=ClockType.SYSTEM_TIME)
+    before = clock.now().nanoseconds
+    for k in range(10):
+        out.publish(Float64(data=float(k)))
+    after = clock.now().nanoseconds
+    until(lambda: _size(tmp_path / "bag") > 1_000, "flush")
+    _finish(recorder)
+    with (tmp_path / "bag" / "recording.mcap").open("rb") as file:
+        messages = [message for _, _, message in make_reader(file).iter_messages()]
+    assert len(messages) == 10
+    assert all(before <= m.publish_time <= after and m.log_time >= m.publish_time for m in messages)
+
+
+def test_the_quality_of_service_of_the_publisher_is_kept(bench: Graph, tmp_path: Path) -> None:
+    recorder = bench.start(RECORDER, out=str(tmp_path / "bag"))
+    out = bench.probe().advertise(Float64, "target_displacement", latched=True)
+    out.publish(Float64(data=0.001))
+    file = tmp_path / "bag" / "recording.mcap"
+    until(lambda: file.exists() and b"/lce/target_displacement" in file.read_bytes(), "the latched message")
+    _finish(recorder)
+    assert [m.data for m in read(tmp_path / "bag")["/lce/target_displacement"][1]] == [0.001]
+    topics = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    about = {t["topic_metadata"]["name"]: t["topic_metadata"] for t in topics["topics_with_message_count"]}
+    profile = about["/lce/target_displacement"]["offered_qos_profiles"][0]
+    assert (profile["durability"], profile["reliability"]) == ("transient_local", "reliable")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"topics": "[nothing]"}, "topic 'nothing' has no type here"),
+        ({"topics": "[x std_msgs/msg/Nothing]"}, "std_msgs/msg/Nothing"),
+        ({"experiment": "'[1]'"}, "not a JSON object"),
+        ({"flush_period_s": "3.0"}, "flush_period_s"),
+    ],
+)
+def test_a_bad_parameter_is_one_line_and_nothing_is_written(
+    bench: Graph, tmp_path: Path, parameters: dict[str, str], said: str
+) -> None:
+    recorder = bench.start(RECORDER, out=str(tmp_path / "bag"), **parameters)
+    _, errors = recorder.communicate(timeout=10)
+    assert recorder.returncode == 1
+    assert said in errors and errors.strip().count("\n") == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_folder_is_left_alone(bench: Graph, tmp_path: Path) -> None:
+    recorder = bench.start(RECORDER, out=str(tmp_path))
+    _, errors = recorder.communicate(timeout=10)
+    assert recorder.returncode == 1 and "exists already" in errors
+    assert list(tmp_path.iterdir()) == []

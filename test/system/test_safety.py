@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""kill -9 of any node is zero power within 200 ms: real processes, really killed.
+
+That of the laser itself is in test_strip_chain.py (the strip) and test_labjack.py (the device's watchdog).
+"""
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rclpy.qos import QoSProfile
+from run_command import started, until
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from lce_experiment import graph
+from lce_ros.testing import Graph
+from lce_ros.testing import graph as ros_graph
+
+pytestmark = pytest.mark.alone
+
+LIMIT_S = 0.2
+TARGET_M = 1.0e-3
+GAINS = {
+    "outer_controller": {"kp": 2000.0, "ki": 500.0},
+    "inner_controller": {"kp": 0.5, "ki": 0.05},
+    "single_controller": {"kp": 1000.0, "ki": 100.0},
+}
+ENDS = [
+    *((name, signal.SIGKILL) for name in ("thermal_camera", "distance_sensor", "simulator")),
+    *((name, signal.SIGKILL) for name in ("outer_controller", "inner_controller")),
+    ("inner_controller", signal.SIGINT),
+]
+"""Who ends, and how; a sensor that is ended is as silent as one that is killed."""
+IN_A_RUN = (graph.PLAYER, graph.RECORDER, graph.BENCH[3])
+"""Who ends in an open-loop run: the one that commands, and two to which nothing in the way of the power listens."""
+
+
+class Light:
+    """What the laser says, with the times at which it said so, and whoever was killed meanwhile."""
+
+    def __init__(self, bench: Graph) -> None:
+        self.bench = bench
+        self.node = bench.probe("watcher")
+        self.samples: list[tuple[float, float]] = []
+        self.node.create_subscription(Float64, "laser/power", self._keep, QoSProfile(depth=100))
+        self.on()
+
+    def _keep(self, message: Float64, info: dict[str, Any]) -> None:
+        self.samples.append((info["source_timestamp"] * 1e-9, message.data))
+
+    def on(self) -> None:
+        """Wait for half a second of light."""
+
+        def steady() -> bool:
+            recent = self.samples[-50:]
+            return len(recent) == 50 and all(power > 0.0 for _, power in recent)
+
+        self.samples.clear()
+        self.bench.until(steady, 40.0, "half a second of light")
+
+    def after(self, kill: Callable[[], object]) -> float:
+        """How long there was light after ``kill`` [s]; dark for half a second then, if the laser still speaks."""
+        killed_s = time.time()
+        kill()
+        self.bench.spin_for(0.7)
+        lit = [t for t, power in self.samples if power > 0.0]
+        assert not any(power > 0.0 for t, power in self.samples if t > killed_s + 0.5), "it stays dark"
+        return max(lit) - killed_s
+
+
+class Bench:
+    """The nodes of a mode of control as processes, chasing a target."""
+
+    def __init__(self, bench: Graph, mode: str) -> None:
+        self.bench = bench
+        self.specs = {spec.name: spec for spec in (*graph.BENCH, *graph.CONTROLLERS[mode])}
+        self.processes: dict[str, subprocess.Popen[str]] = {}
+        operator = bench.probe("operator")
+        self.reset = operator.create_client(Trigger, "laser/reset")
+        self.target = operator.advertise(Float64, "target_displacement", latched=True)
+        self.target.publish(Float64(data=TARGET_M))
+        self.mend()
+        self.light = Light(bench)
+
+    def mend(self) -> None:
+        """Start what does not run."""
+        for name, spec in self.specs.items():
+            if name not in self.processes or self.processes[name].poll() is not None:
+                self.processes[name] = self.bench.start(spec.module, **GAINS.get(name, {}))
+
+    def relight(self) -> None:
+        """Start what was killed, clear the fault that it left, and wait for light."""
+        self.mend()
+        self.bench.until(self._cleared, 30.0, "a laser without a fault")
+        self.light.on()
+
+    def _cleared(self) -> bool:
+        if not self.reset.service_is_ready():
+            return False
+        answer = self.reset.call_async(Trigger.Request())
+        self.bench.until(answer.done)
+        return bool(answer.result().success)
+
+
+@pytest.mark.parametrize("mode", ["single", "model"])
+def test_the_end_of_a_controller_by_itself_is_zero_power(bench: Graph, mode: str) -> None:
+    controlled = Bench(bench, mode)
+    assert controlled.light.after(lambda: Graph.kill(controlled.processes[f"{mode}_controller"])) < LIMIT_S
+
+
+@pytest.fixture(scope="module")
+def double() -> Iterator[Bench]:
+    with ros_graph() as g:
+        yield Bench(g, "double")
+
+
+@pytest.mark.parametrize(("name", "number"), ENDS)
+def test_the_end_of_a_node_in_the_loop_is_zero_power(double: Bench, name: str, number: signal.Signals) -> None:
+    double.relight()
+    process = double.processes[name]
+    end = (lambda: Graph.kill(process)) if number is signal.SIGKILL else (lambda: process.send_signal(number))
+    lit_s = double.light.after(end)
+    assert lit_s < LIMIT_S, f"light for {lit_s * 1e3:.0f} ms after the end of {name}"
+
+
+def test_a_killed_camera_is_a_fault_that_only_a_reset_clears(double: Bench) -> None:
+    double.relight()
+    double.light.after(lambda: Graph.kill(double.processes["thermal_camera"]))
+    double.light.samples.clear()
+    readings = double.bench.hear(Temperature, "temperature", double.light.node)
+    double.mend()
+    double.bench.until(lambda: len(readings) >= 5, 20.0, "a camera again")
+    assert len(double.light.samples) > 50 and not any(power for _, power in double.light.samples)
+    double.relight()
+
+
+@pytest.mark.parametrize("spec", IN_A_RUN, ids=lambda spec: spec.name)
+def test_the_end_of_any_node_of_a_run_is_zero_power(tmp_path: Path, spec: graph.NodeSpec) -> None:
+    with started("run", "hold:power=1.0,hold=60,rest=0", "--out", str(tmp_path / "bag")) as run:
+        (pid,) = until(lambda: run.processes(spec.module), spec.name)
+        bench = Graph(_domain(pid))
+        try:
+            light = Light(bench)
+            lit_s = light.after(lambda: os.kill(pid, signal.SIGKILL))
+        finally:
+            bench.close()
+    assert lit_s < LIMIT_S, f"light for {lit_s * 1e3:.0f} ms after the end of {spec.name}"
+
+
+def _domain(pid: int) -> int:
+    environment = dict(
+        entry.split("=", 1) for entry in Path(f"/proc/{pid}/environ").read_text().split("\0") if "=" in entry
+    )
+    return int(environment["ROS_DOMAIN_ID"])

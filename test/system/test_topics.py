@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of the bench are those of the contract: names, types, units, rates, stamps."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from run_command import lce, read
+from std_msgs.msg import Float64
+
+from lce_ros.testing import Graph
+
+pytestmark = pytest.mark.alone
+
+CONTRACT = {
+    "/lce/laser/power_command": ("std_msgs/msg/Float64", 100.0),
+    "/lce/laser/power": ("std_msgs/msg/Float64", 100.0),
+    "/lce/temperature": ("sensor_msgs/msg/Temperature", 10.0),
+    "/lce/displacement": ("std_msgs/msg/Float64", 100.0),
+    "/lce/sim/temperature": ("sensor_msgs/msg/Temperature", 100.0),
+    "/lce/sim/displacement": ("std_msgs/msg/Float64", 100.0),
+    "/diagnostics": ("diagnostic_msgs/msg/DiagnosticArray", 6.0),
+}
+"""Type and rate in Hz; six nodes diagnose themselves once a second."""
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pulse, recorded through the graph."""
+    folder = tmp_path_factory.mktemp("topics") / "bag"
+    done = lce("run", "pulse:th=20,rest=20", "--fast", "--seed", "1", "--out", str(folder))
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_names_types_and_rates(bag: Path) -> None:
+    with AnyReader([bag]) as reader:
+        assert {c.topic: c.msgtype for c in reader.connections} == {k: v[0] for k, v in CONTRACT.items()}
+        for connection in reader.connections:
+            rate = CONTRACT[connection.topic][1]
+            assert connection.msgcount == pytest.approx(rate * reader.duration / 1e9, rel=0.03), connection.topic
+
+
+def test_units_and_signs(bag: Path) -> None:
+    found = read(bag)
+    temperature = np.array([m.temperature for m in found["/lce/temperature"][1]])
+    displacement = np.array([m.data for m in found["/lce/displacement"][1]])
+    assert temperature[0] == pytest.approx(28.0, abs=0.5)
+    assert 45 < temperature.max() < 120
+    assert 2e-4 < displacement.max() < 5e-3, "contraction is positive, in metres"
+
+
+def test_a_temperature_has_a_stamp_and_a_variance(bag: Path) -> None:
+    messages = read(bag)["/lce/temperature"][1]
+    stamps = np.array([m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for m in messages])
+    np.testing.assert_allclose(np.diff(stamps)[1:], 0.1, atol=1e-6)
+    assert all(m.variance == pytest.approx(0.06**2, rel=0.05) for m in messages)
+
+
+def test_every_node_diagnoses_itself(bag: Path) -> None:
+    names = {status.name for message in read(bag)["/diagnostics"][1] for status in message.status}
+    nodes = ("laser", "simulator", "thermal_camera", "distance_sensor", "experiment_player", "recorder")
+    assert {f"/lce/{name}" for name in nodes} <= names
+
+
+def test_the_player_waits_for_the_laser_then_plays_and_ends(bench: Graph) -> None:
+    player = bench.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=1,rest=0.5")
+    node = bench.probe("someone_else")
+    power = bench.hear(Float64, "laser/power_command", node)
+    bench.until(lambda: node.count_publishers("laser/power_command"), what="the player")
+    bench.spin_for(0.5)
+    assert len(power) == 0
+    laser = bench.probe("laser")
+    laser.listen(Float64, "laser/power_command", lambda message: None)
+    bench.until(lambda: player.poll() is not None, timeout_s=20, what="the end of the player")
+    assert player.returncode == 0
+    commands = np.array(power.data)
+    assert set(commands) == {0.0, 1.0} and commands[0] == 0 and commands[-1] == 0
+    assert np.sum(commands == 1.0) == pytest.approx(100, abs=15)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({}, "parameter protocol is empty"),
+        ({"protocol": "puls"}, "unknown protocol 'puls'"),
+        ({"protocol": "pulse", "patience_s": "0.3"}, "no laser after 0.3 s"),
+    ],
+)
+def test_a_player_that_cannot_play_says_why(bench: Graph, parameters: dict[str, str], said: str) -> None:
+    player = bench.start("lce_experiment.nodes.experiment_player_node", **parameters)
+    _, errors = player.communicate(timeout=15)
+    assert player.returncode == 1
+    assert said in errors

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The story of the README on the page of `lce workbench`, in a real browser.
+
+Open a campaign, see where the model fails, learn what is missing, add it, watch the error fall, take it away; and
+whether everybody can read the page. With LCE_SCREENSHOTS set to a folder, pictures of the story are kept there.
+"""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page, expect, sync_playwright
+from run_command import experiment, until, values
+
+from lce_data.units import KELVIN
+from lce_model import default_model, load_model, save_model, simulate
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+SCRIPT = Path(__file__).parents[2] / "src" / "lce_app" / "bin" / "lce"
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic"]
+STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
+TABS = ("Runs", "Look", "Learn", "Add", "Tell apart", "Take away", "Bench")
+JOB_MS = 90_000
+CONTRAST = {"runOnly": ["color-contrast"]}
+
+pytestmark = [pytest.mark.alone, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+
+
+def record(path: Path, power: np.ndarray, seed: int) -> None:
+    """A CSV of a strip that creeps."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(power.size) / 100.0
+    made = simulate(STRIP, time_s, power)
+    temperature = made.measured_temperature_k - KELVIN + 0.06 * rng.standard_normal(time_s.size)
+    displacement = made.measured_displacement_m + 4e-6 * rng.standard_normal(time_s.size)
+    table = np.column_stack([time_s, power, temperature, displacement])
+    head = "time_s,power_w,temperature_c,displacement_m"
+    np.savetxt(path, table, "%.8g", ",", header=head, comments="")
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("campaign")
+    t = np.arange(0.0, 40.0, 0.01)
+    record(folder / "pulse.csv", np.where((t > 1.0) & (t < 16.0), 2.3, 0.0), 1)
+    record(folder / "stairs.csv", np.select([t < 10.0, t < 18.0, t < 26.0], [1.0, 2.2, 1.2], 0.0), 2)
+    record(folder / "unseen.csv", np.select([t < 7.0, t < 14.0, t < 24.0], [2.4, 0.5, 2.0], 0.0), 3)
+    (folder / "junk.csv").write_text("time_s,volts\n0,1\n")
+    save_model(STRIP.without("creep"), folder / "model.yaml")
+    return folder
+
+
+@contextmanager
+def served(folder: Path, *words: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """The command as it is installed, in a session of its own, as in a terminal; and its address."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, str(SCRIPT), "workbench", str(folder), *words, "--port", str(port)]
+    env = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}  # NiceGUI asks for them
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env, start_new_session=True) as server:
+        try:
+            assert server.stdout is not None
+            found = server.stdout.readline().split()[0]
+            until(lambda: answers(found), "the page")
+            yield found, server
+        finally:
+            server.terminate()
+            server.wait(20.0)
+
+
+@pytest.fixture(scope="module")
+def address(campaign: Path) -> Iterator[str]:
+    with served(campaign, "--model", str(campaign / "model.yaml")) as (found, server):
+        yield found
+    assert server.returncode == -signal.SIGTERM
+
+
+def answers(address: str) -> bool:
+    try:
+        with urlopen(address):
+            return True
+    except OSError:
+        return False
+
+
+@contextmanager
+def shown(address: str) -> Iterator[Page]:
+    """A page whose errors, and whose requests to anywhere else, fail the test."""
+    complaints: list[str] = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+        page.on(
+            "request",
+            lambda r: None if r.url.startswith((address, "data:", "blob:")) else complaints.append(f"asked {r.url}"),
+        )
+        page.goto(address)
+        yield page
+        browser.close()
+    assert complaints == []
+
+
+@pytest.fixture
+def page(address: str) -> Iterator[Page]:
+    with shown(address) as page:
+        yield page
+
+
+def tab(page: Page, name: str) -> None:
+    page.get_by_role("tab", name=name, exact=True).click()
+
+
+def picture(page: Page, name: str) -> None:
+    if folder := os.environ.get("LCE_SCREENSHOTS"):
+        page.screenshot(path=f"{folder}/{name}.png", full_page=True)
+
+
+def drawn(page: Page, figure: str) -> None:
+    """The figure of that title holds something."""
+    canvas = page.locator("figure:visible", has_text=figure).locator("canvas").first
+    expect(canvas).to_be_visible()
+    inked = "(c) => new Set(c.getContext('2d').getImageData(0, 0, c.width, c.height).data).size > 20"
+    assert canvas.evaluate(inked), f"{figure} is empty"
+
+
+def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
+    expect(page.get_by_role("row", name="junk.csv")).to_contain_text("header 'time_s,volts'; expected")
+    page.get_by_role("radiogroup", name="use of unseen.csv").get_by_role("radio", name="hold out").click()
+    picture(page, "1-runs")
+
+    tab(page, "Look")
+    expect(page.get_by_text("of the squared error of d").first).to_be_visible(timeout=20_000)
+    drawn(page, "hysteresis loop")
+    cells = page.locator('[data-pick="displacement regime"]')
+    power = page.locator("figure:visible", has_text="laser power P").locator("canvas")
+    before = power.evaluate("(c) => c.toDataURL()")
+    cells.nth(2).click()
+    expect(cells.nth(2)).to_have_attribute("aria-pressed", "true")
+    until_changed = "(c, before) => new Promise((done) => setInterval(() => c.toDataURL() !== before && done(), 50))"
+    power.evaluate(until_changed, before)
+    picture(page, "2-look")
+
+    tab(page, "Learn")
+    page.get_by_role("button", name="Diagnose").click()
+    expect(page.get_by_label("progress of the job")).to_be_visible()
+    expect(page.get_by_role("heading", name="An effect is missing")).to_be_visible(timeout=JOB_MS)
+    expect(page.get_by_label("the answer")).to_contain_text("creep is missing")
+    page.get_by_role("button", name="creep", exact=False).first.click()
+    expect(page.get_by_text("tau_v dd_c/dt = d - d_c")).to_be_visible()
+    drawn(page, "residual d of pulse, and creep")
+    picture(page, "3-learn")
+    assert page.context.browser is not None
+    other = page.context.browser.new_page()
+    other.goto(page.url)
+    page.get_by_role("button", name="Add creep").click()
+    expect(page.get_by_text("model 2: creep added to model 1")).to_be_visible(timeout=JOB_MS)
+
+    expect(page.get_by_role("tab", name="Add", exact=True)).to_have_attribute("aria-selected", "true")
+    drawn(page, "NRMSE of displacement")
+    expect(page.get_by_text("Model 1 (before) and model 2 (after).")).to_be_visible(timeout=20_000)
+    slider = page.get_by_role("slider", name="creep.tau_v")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    expect(page.locator(".hand .figures[data-replaced]")).to_be_visible()
+    picture(page, "4-add")
+    page.get_by_role("button", name="Undo").click()
+    expect(other.get_by_text("model 1: from model.yaml")).to_be_visible()
+    other.get_by_role("tab", name="Add", exact=True).click()
+    other.get_by_role("button", name="use model 2").click()
+    expect(page.get_by_text("model 2: creep added to model 1").first).to_be_visible()
+
+    page.reload()
+    expect(page.get_by_text("model 2: creep added to model 1").first).to_be_visible()
+    tab(page, "Take away")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Model (YAML)").click()
+    model = load_model(download.value.path())
+    assert model.effects == ("creep",) and model["creep.share"] == pytest.approx(0.15, abs=0.03)
+    expect(page.get_by_text("lce add creep pulse.csv stairs.csv --test unseen.csv")).to_be_visible()
+    picture(page, "5-take-away")
+
+    tab(page, "Look")
+    figure = page.locator("figure:visible", has_text="displacement")
+    for kind, begin in (("CSV", b"time [s],measured d [mm],model d [mm]\n0,"), ("PNG", b"\x89PNG")):
+        with page.expect_download() as download:
+            figure.get_by_role("button", name=kind).first.click()
+        assert Path(download.value.path()).read_bytes().startswith(begin)
+
+
+def test_everybody_can_read_it(page: Page) -> None:
+    axe, found = Axe(), []
+    for name in TABS:
+        tab(page, name)
+        expect(page.locator(".q-tab-panel")).to_be_visible()
+        page.wait_for_load_state("networkidle")
+        for scheme, options in (("light", None), ("dark", CONTRAST)):
+            page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+            expect(page.locator(f'html[data-theme="{scheme}"]')).to_be_attached()
+            result = axe.run(page, options=options)
+            found += [f"{name}, {scheme}: {result.generate_report()}"] if result.violations_count else []
+            picture(page, f"{scheme}-{name}")
+    assert not found, "\n".join(found)
+
+
+def test_the_keyboard_reaches_every_tab(page: Page) -> None:
+    page.get_by_role("tab", name="Runs", exact=True).focus()
+    for name in TABS[1:]:
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("tab", name=name, exact=True)).to_have_attribute("aria-selected", "true")
+
+
+@pytest.mark.parametrize(
+    "end",
+    [lambda pid: os.killpg(pid, signal.SIGINT), lambda pid: os.kill(pid, signal.SIGKILL)],
+    ids=["Ctrl-C", "kill -9"],
+)
+def test_however_the_server_ends_a_run_ends_in_the_dark(tmp_path: Path, end: Callable[[int], None]) -> None:
+    with served(tmp_path) as (address, server):
+        with shown(address) as page:
+            tab(page, "Bench")
+            page.get_by_label("Protocol").fill("hold:power=1.5,hold=60")
+            page.get_by_role("button", name="Run on the simulated bench").click()
+            expect(page.get_by_text(" P 1.500 W")).to_be_visible(timeout=JOB_MS)
+            picture(page, "6-bench")
+        end(server.pid)
+        server.wait(30.0)
+        (run,) = tmp_path.glob("*_hold")
+        until(lambda: "outcome" in experiment(run), "the end of the run")
+    assert experiment(run)["outcome"] == "interrupted"
+    power = values(run, "/lce/laser/power")[1]
+    assert power.max() == 1.5 and power[-1] == 0.0
