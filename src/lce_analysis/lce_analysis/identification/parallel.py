@@ -4,6 +4,7 @@
 Which of the two is chosen at the edge, by ``joblib.parallel_config``. Here means in this very process: the threads of
 :mod:`lce_analysis.identification.problem` keep its cores busy with the runs of one piece already, and nothing has to be
 started.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
