@@ -1,88 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readings, what a sensor device must offer, and the simulated sensor."""
+"""Readings, what a sensor does on paper, and what a sensor device offers its node."""
 
-import math
-from collections import deque
 from dataclasses import dataclass
 from typing import Protocol
-
-import numpy as np
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A measured value [SI unit of its quantity], the time of its acquisition [s] on the node's clock, and
-    its variance (0: unknown, as in sensor_msgs)."""
+    """A measured value.
+
+    Parameters
+    ----------
+    value : [SI unit of the channel].
+    t_s : time of its acquisition on the node's clock [s].
+    variance : [SI unit squared]; 0 means unknown, as in sensor_msgs.
+    """
 
     value: float
     t_s: float
     variance: float = 0.0
 
 
-class SensorDevice(Protocol):
-    """A sensor behind its node. It hands its readings over through the callable it was made with."""
-
-    def fault(self) -> str | None:
-        """What is wrong with the device at present; None where nothing is."""
-
-    def close(self) -> None:
-        """Let go of the device."""
-
-
 @dataclass(frozen=True, slots=True)
-class Imperfection:
-    """What a sensor does to the truth: noise, quantum [unit of the quantity], latency [s]; zero for none."""
+class DataSheet:
+    """What a sensor does on paper; the simulated one does so unless parameters say otherwise.
 
+    Parameters
+    ----------
+    rate_hz : readings a second [Hz]; infinite: one for each sample of the simulated strip.
+    noise_rms : standard deviation of its noise [SI unit of the channel].
+    quantum : step of its digits [SI unit of the channel], 0 for none.
+    latency_s : from the acquisition to the reading [s].
+    """
+
+    rate_hz: float
     noise_rms: float
     quantum: float
     latency_s: float
 
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name}: {value:g} is not within [0, inf)")
 
-    @property
-    def variance(self) -> float:
-        """Variance of a reading: noise and rounding."""
-        return self.noise_rms**2 + self.quantum**2 / 12.0
+class SensorDevice(Protocol):
+    """A sensor behind its node. It hands its readings to the node that it was made with."""
 
+    def fault(self) -> str | None:
+        """What is wrong with the device at present, or None."""
 
-class SimulatedSensor:
-    """Samples the simulated strip: takes every ``rate_hz``-th, adds Gaussian noise, rounds to the quantum.
-
-    A reading is handed over with the first sample of the strip that is at least the latency younger. The
-    noise of the n-th reading depends on ``seed`` (-1: from the operating system), ``channel`` and n alone;
-    the channel keeps two sensors with the same seed from having the same noise.
-    """
-
-    def __init__(self, imperfection: Imperfection, seed: int, channel: str, rate_hz: float = math.inf) -> None:
-        self.imperfection = imperfection
-        self._rate_hz = rate_hz
-        self._period = -1
-        self._on_the_way: deque[Reading] = deque()
-        self._random = np.random.default_rng(None if seed < 0 else [seed, *channel.encode()])
-
-    def observe(self, truth: float, t_s: float) -> list[Reading]:
-        """Take in the true value at ``t_s`` [s]; the readings that are ready by then, oldest first."""
-        if math.isfinite(truth) and self._is_due(t_s):
-            self._on_the_way.append(Reading(self._measure(truth), t_s, self.imperfection.variance))
-        ready = []
-        while self._on_the_way and self._on_the_way[0].t_s + self.imperfection.latency_s <= t_s + 1e-9:
-            ready.append(self._on_the_way.popleft())
-        return ready
-
-    def _is_due(self, t_s: float) -> bool:
-        if math.isinf(self._rate_hz):
-            return True
-        # A millionth of a period more: a sample at a multiple of the period is not to be rounded before it.
-        period = math.floor(t_s * self._rate_hz + 1e-6)
-        due = period != self._period
-        self._period = period
-        return due
-
-    def _measure(self, truth: float) -> float:
-        value = truth + self.imperfection.noise_rms * float(self._random.standard_normal())
-        quantum = self.imperfection.quantum
-        return round(value / quantum) * quantum if quantum > 0.0 else value
+    def close(self) -> None:
+        """Let go of the device."""

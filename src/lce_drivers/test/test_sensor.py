@@ -4,7 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from lce_drivers.sensor import Imperfection, Reading, SimulatedSensor
+from lce_drivers.sensor import Reading
+from lce_drivers.simulation.sensor import Imperfection, SimulatedSensor
 
 PERFECT = Imperfection(0.0, 0.0, 0.0)
 
@@ -26,10 +27,10 @@ def test_noise_has_the_given_rms_and_no_mean() -> None:
     assert found[0].variance == pytest.approx(0.0036)
 
 
-def test_the_same_seed_gives_the_same_noise_and_another_channel_another() -> None:
+def test_the_same_seed_gives_the_same_noise_and_another_stream_another() -> None:
     noisy = Imperfection(1.0, 0.0, 0.0)
     a, b, c = (
-        [r.value for r in readings(SimulatedSensor(noisy, 5, channel), [0.0] * 100)] for channel in ("x", "x", "y")
+        [r.value for r in readings(SimulatedSensor(noisy, 5, stream), [0.0] * 100)] for stream in ("x", "x", "y")
     )
     assert a == b
     assert abs(np.corrcoef(a, c)[0, 1]) < 0.3

@@ -127,22 +127,23 @@ class Stepper:
     @property
     def temperature_k(self) -> float:
         """Temperature now [K]."""
-        return self._signal("temperature")
+        return self.signal("temperature")
 
     @property
     def displacement_m(self) -> float:
         """Displacement now [m], NaN where the model has no deformation stage."""
-        return self._signal("displacement")
+        return self.signal("displacement")
 
     @property
     def measured_temperature_k(self) -> float:
         """What a camera without noise shows now [K]."""
-        return self._signal("measured_temperature")
+        return self.signal("measured_temperature")
 
     @property
     def measured_displacement_m(self) -> float:
         """What a distance sensor without noise shows now [m]."""
-        return self._signal("measured_displacement")
+        return self.signal("measured_displacement")
 
-    def _signal(self, name: str) -> float:
+    def signal(self, name: str) -> float:
+        """A signal of the model now [SI], by its name in :data:`lce_model.terms.SIGNALS`; NaN without its stage."""
         return float(self._state[SIGNAL_INDEX[name]])

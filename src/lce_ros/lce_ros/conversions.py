@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Between the units of messages and the SI units inside, once, where data enter or leave a node."""
 
-from typing import Final
-
 from builtin_interfaces.msg import Time
 
-KELVIN: Final = 273.15
-"""0 °C in kelvin."""
+from lce_data.units import KELVIN
 
 
 def to_kelvin(celsius: float) -> float:

@@ -7,34 +7,23 @@ Parameters  device           simulated | flir
             noise_rms, quantum (K), latency_s (s), seed of the simulated camera
             flir.*           camera, ir_format, byte_order, x, y, width, height, statistic, lower_c, upper_c,
                              latency_s, packet_size
-            stale_after_s    s, silence that is reported
+            stale_after_s    s, silence after which the node warns in /diagnostics
 """
 
 import sys
 from typing import Any, Final
 
-from sensor_msgs.msg import Temperature
-
+from lce_data.channels import TEMPERATURE
 from lce_drivers.background import Background
 from lce_drivers.camera.flir import CameraSettings, FlirLink
 from lce_drivers.camera.radiometry import BYTE_ORDERS, KELVIN_PER_COUNT, STATISTICS, Region
-from lce_drivers.sensor import Imperfection, Reading, SensorDevice
-from lce_drivers.sensor_node import DeviceFactory, SensorNode, Simulated
-from lce_ros.conversions import from_stamp, to_celsius, to_kelvin, to_stamp
+from lce_drivers.sensor import DataSheet, SensorDevice
+from lce_drivers.sensor_node import DeviceFactory, SensorNode
+from lce_ros.conversions import to_kelvin
 from lce_ros.node import run
 
-RATE_HZ: Final = 10.0
+SHEET: Final = DataSheet(rate_hz=10.0, noise_rms=TEMPERATURE.noise, quantum=0.01, latency_s=0.03)
 POLL_S: Final = 0.01
-SIMULATED: Final = Imperfection(noise_rms=0.06, quantum=0.01, latency_s=0.03)
-
-
-def simulated(node: SensorNode) -> Simulated:
-    """The camera as it looks at the simulated strip."""
-
-    def read(message: Temperature) -> tuple[float, float]:
-        return to_kelvin(message.temperature), from_stamp(message.header.stamp)
-
-    return Simulated(node, (Temperature, "sim/temperature", read), "K", SIMULATED, RATE_HZ)
 
 
 def flir(node: SensorNode) -> SensorDevice:
@@ -48,42 +37,57 @@ def flir(node: SensorNode) -> SensorDevice:
 
     settings = CameraSettings(
         camera=fixed("camera", "", "name or address, empty: the first found"),
-        ir_format=fixed("ir_format", "TemperatureLinear10mK", "radiometry", choices=("", *KELVIN_PER_COUNT)),
-        byte_order=fixed("byte_order", "little", "of Mono16 counts", choices=BYTE_ORDERS),
+        ir_format=fixed(
+            "ir_format",
+            "TemperatureLinear10mK",
+            "scale of the counts, empty: the camera's own",
+            choices=("", *KELVIN_PER_COUNT),
+        ),
+        byte_order=fixed("byte_order", "little", "byte order of Mono16 counts", choices=BYTE_ORDERS),
         region=Region(
             pixels("x", "left edge of the strip"),
             pixels("y", "upper edge of the strip"),
             pixels("width", "width of the strip, 0: to the edge"),
             pixels("height", "height of the strip, 0: to the edge"),
         ),
-        statistic=fixed("statistic", "mean", "one temperature from the region", choices=STATISTICS),
-        lower_k=to_kelvin(fixed("lower_c", -20.0, "coldest that is believed", unit="°C", lower=-273.15, upper=2000.0)),
-        upper_k=to_kelvin(fixed("upper_c", 350.0, "hottest that is believed", unit="°C", lower=-273.15, upper=2000.0)),
-        latency_s=fixed("latency_s", 0.03, "age of a frame when it is here", unit="s", lower=0.0, upper=1.0),
-        packet_size=fixed("packet_size", 0, "0: the camera's own", unit="byte", lower=0, upper=9000),
-        rate_hz=RATE_HZ,
+        statistic=fixed("statistic", "mean", "how the region becomes one temperature", choices=STATISTICS),
+        lower_k=to_kelvin(
+            fixed(
+                "lower_c",
+                -20.0,
+                "lowest plausible temperature; colder frames are dropped",
+                unit="°C",
+                lower=-273.15,
+                upper=2000.0,
+            )
+        ),
+        upper_k=to_kelvin(
+            fixed(
+                "upper_c",
+                350.0,
+                "highest plausible temperature; hotter frames are dropped",
+                unit="°C",
+                lower=-273.15,
+                upper=2000.0,
+            )
+        ),
+        latency_s=fixed("latency_s", SHEET.latency_s, "age of a frame when it arrives", unit="s", lower=0.0, upper=1.0),
+        packet_size=fixed("packet_size", 0, "network packets, 0: the camera's own", unit="byte", lower=0, upper=9000),
+        rate_hz=SHEET.rate_hz,
     )
     device = Background(lambda: FlirLink(settings, node.now_s), "flir")
     node.every(POLL_S, lambda: node.deliver_newest(device.poll()))
     return device
 
 
-DEVICES: Final[dict[str, DeviceFactory]] = {"simulated": simulated, "flir": flir}
+DEVICES: Final[dict[str, DeviceFactory]] = {"flir": flir}
 
 
 class ThermalCamera(SensorNode):
-    """Publishes temperatures [K] of its device in °C."""
+    """Publishes the temperature of the strip."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("thermal_camera", DEVICES, **options)
-        self._temperature = self.advertise(Temperature, "temperature")
-
-    def publish(self, reading: Reading) -> None:
-        """Put a reading into its message."""
-        message = Temperature(temperature=to_celsius(reading.value), variance=reading.variance)
-        message.header.stamp = to_stamp(reading.t_s)
-        message.header.frame_id = "strip"
-        self._temperature.publish(message)
+        super().__init__("thermal_camera", TEMPERATURE, SHEET, DEVICES, **options)
 
 
 def main(args: list[str] | None = None) -> int:

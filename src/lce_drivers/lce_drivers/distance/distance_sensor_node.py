@@ -6,35 +6,25 @@ Subscribes  sim/displacement  std_msgs/Float64, m, the true one (device simulate
 Parameters  device            simulated | keyence
             noise_rms, quantum (m), latency_s (s), seed of the simulated sensor
             keyence.*         port, baud_rate, timeout_s, dialect, out, sign, zero, metres
-            stale_after_s     s, silence that is reported
+            stale_after_s     s, silence after which the node warns in /diagnostics
 
-The simulated sensor measures each sample of the strip, and as it comes: a timer of its own would make every
-recorded displacement one tick late.
+The simulated sensor measures each sample of the strip as it comes: a timer of its own would make every recorded
+displacement one tick late.
 """
 
 import math
 import sys
 from typing import Any, Final
 
-from std_msgs.msg import Float64
-
+from lce_data.channels import DISPLACEMENT
 from lce_drivers.background import Background
 from lce_drivers.distance.keyence import DIALECTS, KeyenceLink, Mounting, open_port
-from lce_drivers.sensor import Imperfection, Reading, SensorDevice
-from lce_drivers.sensor_node import DeviceFactory, SensorNode, Simulated
+from lce_drivers.sensor import DataSheet, SensorDevice
+from lce_drivers.sensor_node import DeviceFactory, SensorNode
 from lce_ros.node import run
 
-PERIOD_S: Final = 0.01
-SIMULATED: Final = Imperfection(noise_rms=4e-6, quantum=1e-6, latency_s=0.0)
-
-
-def simulated(node: SensorNode) -> Simulated:
-    """The sensor as it looks at the simulated strip."""
-
-    def read(message: Float64) -> tuple[float, float]:
-        return message.data, node.now_s()
-
-    return Simulated(node, (Float64, "sim/displacement", read), "m", SIMULATED, math.inf)
+SHEET: Final = DataSheet(rate_hz=math.inf, noise_rms=DISPLACEMENT.noise, quantum=1e-6, latency_s=0.0)
+POLL_S: Final = 0.01
 
 
 def keyence(node: SensorNode) -> SensorDevice:
@@ -46,34 +36,29 @@ def keyence(node: SensorNode) -> SensorDevice:
     path = fixed("port", "/dev/ttyUSB0", "serial port")
     baud_rate = fixed("baud_rate", 115200, "baud rate", unit="1/s", lower=1200, upper=921600)
     timeout_s = fixed("timeout_s", 0.1, "longest wait for an answer", unit="s", lower=0.01, upper=1.0)
-    dialect = fixed("dialect", "lk_g5000", "language of the controller", choices=tuple(DIALECTS))
+    dialect = fixed("dialect", "lk_g5000", "series of the controller", choices=tuple(DIALECTS))
     out = fixed("out", 1, "output of the controller", lower=1, upper=12)
     mounting = Mounting(
         sign=fixed("sign", 1.0, "-1 where contraction lowers the display", lower=-1.0, upper=1.0),
         zero=fixed("zero", 0.0, "sign * display of the strip at rest", unit="unit of the display"),
-        metres=fixed("metres", 1e-3, "unit of the display", unit="m", lower=1e-9, upper=1.0),
+        metres=fixed("metres", 1e-3, "one unit of the display", unit="m", lower=1e-9, upper=1.0),
     )
     device = Background(
         lambda: KeyenceLink(open_port(path, baud_rate, timeout_s), dialect, out, mounting, node.now_s),
         "keyence",
     )
-    node.every(PERIOD_S, lambda: node.deliver_newest(device.poll()))
+    node.every(POLL_S, lambda: node.deliver_newest(device.poll()))
     return device
 
 
-DEVICES: Final[dict[str, DeviceFactory]] = {"simulated": simulated, "keyence": keyence}
+DEVICES: Final[dict[str, DeviceFactory]] = {"keyence": keyence}
 
 
 class DistanceSensor(SensorNode):
-    """Publishes displacements [m] of its device."""
+    """Publishes the displacement of the strip's free end."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("distance_sensor", DEVICES, **options)
-        self._displacement = self.advertise(Float64, "displacement")
-
-    def publish(self, reading: Reading) -> None:
-        """Put a reading into its message."""
-        self._displacement.publish(Float64(data=reading.value))
+        super().__init__("distance_sensor", DISPLACEMENT, SHEET, DEVICES, **options)
 
 
 def main(args: list[str] | None = None) -> int:

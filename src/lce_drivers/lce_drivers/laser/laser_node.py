@@ -36,7 +36,7 @@ from std_srvs.srv import Trigger
 
 from lce_drivers.laser.interlock import Interlock, TemperatureLimits
 from lce_drivers.laser.labjack import Calibration, LabJackLaser, ModbusRegisters
-from lce_drivers.laser.power_guard import PowerGuard, PowerLimits, PowerOutput, SimulatedOutput, State
+from lce_drivers.laser.power_guard import PowerGuard, PowerLimits, PowerOutput, State
 from lce_ros.conversions import from_stamp, to_kelvin
 from lce_ros.health import Level
 from lce_ros.node import BenchNode, NodeFault, run
@@ -54,6 +54,13 @@ LEVELS: Final = {
     State.STALE: Level.WARN,
     State.INVALID: Level.ERROR,
 }
+
+
+def simulated(node: BenchNode) -> PowerOutput:
+    """The laser of the simulated strip."""
+    from lce_drivers.simulation.laser_output import SimulatedOutput
+
+    return SimulatedOutput()
 
 
 def labjack(node: BenchNode) -> PowerOutput:
@@ -85,7 +92,7 @@ def labjack(node: BenchNode) -> PowerOutput:
 
 
 DEVICES: Final[Mapping[str, Callable[[BenchNode], PowerOutput]]] = {
-    "simulated": lambda node: SimulatedOutput(),
+    "simulated": simulated,
     "labjack": labjack,
 }
 

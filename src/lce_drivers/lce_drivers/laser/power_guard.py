@@ -23,18 +23,6 @@ class PowerOutput(Protocol):
         """Set zero power and let go of the device."""
 
 
-class SimulatedOutput:
-    """The simulated strip takes its power from the topic laser/power: there is nothing to write to."""
-
-    max_power_w = math.inf
-
-    def write(self, power_w: float) -> None:
-        """Nothing to do."""
-
-    def close(self) -> None:
-        """Nothing to let go of."""
-
-
 class State(Enum):
     """Why the power is what it is."""
 

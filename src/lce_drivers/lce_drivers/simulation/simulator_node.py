@@ -2,13 +2,14 @@
 """Node `simulator`: a strip that lives on the laser power it receives.
 
 Subscribes  laser/power       std_msgs/Float64, W
-Publishes   sim/temperature   sensor_msgs/Temperature, °C, 100 Hz, the true state at header.stamp
-            sim/displacement  std_msgs/Float64, m, 100 Hz, the true state
-            Where the model has effects of the sensors, what sensors without noise would show: a lag or a drift
-            belongs to one model file and not to the sensor nodes, which add noise and rate alone.
+Publishes   sim/TOPIC         for each sensor of lce_data.channels, in the message of its channel, 100 Hz: what a
+                              sensor without noise would show. An effect of a sensor (a lag, a drift) belongs to the
+                              model file; the sensor nodes add noise and rate alone.
+            sim/temperature   sensor_msgs/Temperature, °C, true at header.stamp
+            sim/displacement  std_msgs/Float64, m
 Parameters  model_file        path of a model file; empty: the default model
             set               TERM.PARAM=VALUE, any number: parameters of the model that differ from it
-            power_timeout_s   s, a laser power older than this counts as zero
+            power_timeout_s   s, maximum age of a laser power; an older one counts as zero
 
 It publishes once it has found a laser. Every step is as long as the node's clock says, so the strip neither
 slows down nor hurries when ticks come late.
@@ -18,13 +19,13 @@ import math
 import sys
 from typing import Any, Final
 
-from sensor_msgs.msg import Temperature
-from std_msgs.msg import Float64
-
+from lce_data.channels import POWER, SENSORS
+from lce_data.topics import simulated_topic
 from lce_drivers.simulation.strip import Drive, strip_model
 from lce_model import Stepper
-from lce_ros.conversions import to_celsius, to_stamp
+from lce_ros.conversions import to_celsius
 from lce_ros.health import Level
+from lce_ros.messages import from_message, message_class, to_message
 from lce_ros.node import BenchNode, run
 
 PERIOD_S: Final = 0.01
@@ -38,33 +39,37 @@ class Simulator(BenchNode):
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
         settings = self.declare("set", [""], "TERM.PARAM=VALUE of the model", read_only=True)
         timeout_s = self.declare(
-            "power_timeout_s", 0.1, "age at which a laser power counts as zero", unit="s",
+            "power_timeout_s", 0.1, "maximum age of a laser power; an older one counts as zero", unit="s",
             lower=0.02, upper=10.0, read_only=True,
         )  # fmt: skip
         self._drive = Drive(timeout_s)
         self._strip = Stepper(strip_model(model_file, settings))
         self._strip.step(0.0, 0.0)
-        self._temperature = self.advertise(Temperature, "sim/temperature")
-        self._displacement = self.advertise(Float64, "sim/displacement")
+        self._sensors = [
+            (channel, channel.output, self.advertise(message_class(channel), simulated_topic(channel)))
+            for channel in SENSORS
+            if channel.output is not None
+        ]
         self._laser_found = False
-        self._power = self.listen(Float64, "laser/power", lambda m: self._drive.put(m.data, self.now_s()))
+        self._power = self.listen(message_class(POWER), POWER.topic, self._take_power)
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._report_state)
 
+    def _take_power(self, message: Any) -> None:
+        self._drive.put(from_message(POWER, message)[0], self.now_s())
+
     def _tick(self) -> None:
-        # Nodes find each other pair by pair, seconds apart: a first sample of the strip is to mean that it
-        # has found its laser, so that who waits for the sensors waits for the whole chain.
+        # Nodes find each other pair by pair, seconds apart. The first sample of the strip means that it has found its
+        # laser: a node that waits for the sensors so waits for the whole chain.
         self._laser_found = self._laser_found or self._power.get_publisher_count() > 0
         if not self._laser_found:
             return
         for power_w, dt_s in self._drive.advance(self.tick_s):
             self._strip.step(power_w, dt_s)
-        message = Temperature(temperature=to_celsius(self._strip.measured_temperature_k))
-        message.header.stamp = to_stamp(self.tick_s)
-        message.header.frame_id = "strip"
-        self._temperature.publish(message)
-        if not math.isnan(self._strip.measured_displacement_m):
-            self._displacement.publish(Float64(data=self._strip.measured_displacement_m))
+        for channel, output, publisher in self._sensors:
+            value = self._strip.signal(output)
+            if not math.isnan(value):  # the model has no such stage
+                publisher.publish(to_message(channel, value, self.tick_s))
 
     def _report_state(self) -> None:
         if not self._laser_found:

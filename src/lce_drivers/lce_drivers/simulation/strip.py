@@ -30,7 +30,7 @@ class Drive:
 
     @property
     def power_w(self) -> float:
-        """Power [W] at the end of the last stretch."""
+        """Power [W] at the end of the last interval."""
         return self._power_w
 
     def put(self, power_w: float, t_s: float) -> None:
