@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_model.effects import find, library
 from lce_model.kernel.compose import Kernel, compile_terms
@@ -157,6 +158,18 @@ class Model:
             raise LceError(f"the model has no effect {effect}; it has {', '.join(self.effects) or 'none'}")
         kept = tuple(e for e in self.effects if e != reference)
         return self._carried(default_model(self.thermal, self.deformation, kept))
+
+    def predicts(self, channel: Channel) -> bool:
+        """Does the model say what the sensor of a channel shows?
+
+        Of a temperature it does with a thermal stage, of a displacement with a deformation stage, of anything else if a
+        term writes the signal of that sensor.
+        """
+        if channel is TEMPERATURE:
+            return self.thermal != "none"
+        if channel is DISPLACEMENT:
+            return self.deformation != "none"
+        return any(channel.output in term.outputs for term in self.terms)
 
     def _carried(self, other: "Model") -> "Model":
         """The other model, with the values of this one where they have a parameter in common."""
