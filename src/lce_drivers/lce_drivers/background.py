@@ -16,9 +16,9 @@ class Link(Protocol):
     """An open connection to a device."""
 
     def read(self) -> Reading | None:
-        """Wait a short time (at most about 0.2 s) for a reading; None where none came.
+        """Wait a short time (at most about 0.2 s) for a reading; None if none came.
 
-        NoReading where the device says that it has none, OSError where the connection is broken.
+        Raises NoReading if the device says that it has no value, OSError if the connection is broken.
         """
 
     def close(self) -> None:
@@ -32,7 +32,7 @@ class Background:
     """
 
     def __init__(self, connect: Callable[[], Link], name: str, retry_s: float = 1.0) -> None:
-        """``connect`` opens the link or raises OSError; it and the link are used in the thread only."""
+        """``connect`` opens the link or raises OSError; only the thread uses it and the link."""
         self._connect = connect
         self._retry_s = retry_s
         self._newest: Reading | None = None
@@ -47,7 +47,7 @@ class Background:
         return reading
 
     def fault(self) -> str | None:
-        """What is wrong at present; None where nothing is."""
+        """What is wrong with the device at present, or None."""
         if not self._thread.is_alive():
             return "the thread that reads the device has ended"
         return self._fault

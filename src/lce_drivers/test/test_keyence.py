@@ -71,11 +71,8 @@ def controller() -> Iterator[Controller]:
     c.close()
 
 
-def link(
-    controller: Controller, dialect: str = "lk_g5000", out: int = 1, mounting: Mounting | None = None
-) -> KeyenceLink:
-    port = open_port(controller.path, 115200, 0.2)
-    return KeyenceLink(port, dialect, out, mounting or Mounting(), time.monotonic)
+def link(controller: Controller, dialect: str = "lk_g5000", clock: Callable[[], float] = lambda: 0.0) -> KeyenceLink:
+    return KeyenceLink(open_port(controller.path, 115200, 0.2), dialect, 1, Mounting(), clock)
 
 
 @pytest.mark.parametrize(
@@ -125,11 +122,10 @@ def test_display_becomes_displacement() -> None:
 
 
 def test_a_reading_over_a_serial_line(controller: Controller) -> None:
-    sensor = link(controller)
-    before = time.monotonic()
+    sensor = link(controller, clock=iter((10.0, 10.004, 11.0, 11.004)).__next__)
     reading = sensor.read()
     assert reading is not None and reading.value == pytest.approx(73e-6)
-    assert before <= reading.t_s <= time.monotonic()
+    assert reading.t_s == pytest.approx(10.002), "half-way between question and answer"
     controller.display = "-001.500"
     reading = sensor.read()
     assert reading is not None and reading.value == pytest.approx(-1.5e-3)

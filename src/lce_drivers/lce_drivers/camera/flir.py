@@ -27,7 +27,10 @@ WHOLE_FRAME: Final = Region()
 
 @dataclass(frozen=True, slots=True)
 class CameraSettings:
-    """What to look at and how to read it; ``ir_format`` "" and ``packet_size`` 0 leave the camera's own."""
+    """Which part of the frame to read, and how.
+
+    Temperatures in K, times in s, rates in Hz; ``ir_format`` "" and ``packet_size`` 0 leave the camera's own settings.
+    """
 
     camera: str = ""
     ir_format: str = "TemperatureLinear10mK"
@@ -47,7 +50,7 @@ class CameraSettings:
 
 
 def aravis() -> tuple[Any, type[Exception]]:
-    """Aravis and the exception that it raises; OSError with the packages to install where it is missing."""
+    """Aravis and the exception that it raises. Raises OSError naming the packages to install if it is missing."""
     try:
         import gi
 
@@ -65,11 +68,11 @@ class FlirLink:
     """Frames from a camera, thinned out to ``rate_hz`` on the multiples of its period, as temperatures."""
 
     def __init__(self, settings: CameraSettings, clock: Callable[[], float]) -> None:
-        """Connects and starts the camera; OSError where that fails."""
+        """Connect and start the camera. Raises OSError if that fails."""
         self._settings = settings
         self._clock = clock
         self._period = -1
-        self._heard_s = clock()
+        self._last_frame_s = clock()
         self._aravis, self._failure = aravis()
         try:
             self._camera = self._aravis.Camera.new(settings.camera or None)
@@ -91,14 +94,14 @@ class FlirLink:
             raise ConnectionError(f"thermal camera {settings.camera or '(first found)'}: {error}") from error
 
     def read(self) -> Reading | None:
-        """Wait up to 0.2 s for a frame; a reading where one is due."""
+        """Wait up to 0.2 s for a frame; its reading if one is due, else None."""
         buffer = self._stream.timeout_pop_buffer(FRAME_WAIT_US)
         now_s = self._clock()
         if buffer is None:
-            if now_s - self._heard_s > SILENCE_S:
+            if now_s - self._last_frame_s > SILENCE_S:
                 raise TimeoutError(f"thermal camera: no frame for {SILENCE_S:g} s")
             return None
-        self._heard_s = now_s
+        self._last_frame_s = now_s
         try:
             return self._measure(buffer, now_s - self._settings.latency_s)
         finally:

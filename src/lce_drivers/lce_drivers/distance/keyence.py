@@ -45,9 +45,10 @@ DIALECTS: Final = {"lk_g5000": Dialect("MS,{out:02d}"), "lk_g": Dialect("M{out}"
 
 
 def parse(answer: bytes, command: str) -> float:
-    """Value in the unit of the display; NoReading names what the controller said instead of a number.
+    """Value in the unit of the display.
 
-    The decimal point moves with the settings of the controller, so the field is parsed, not its columns.
+    The decimal point moves with the settings of the controller, so the field is parsed, not its columns. Raises
+    NoReading with what the controller said instead of a number.
     """
     text = answer.decode("ascii", errors="replace").strip()
     if text.startswith("ER,"):
@@ -100,7 +101,7 @@ class Port(Protocol):
 
 
 def open_port(path: str, baud_rate: int, timeout_s: float) -> Port:
-    """A serial port, 8N1; OSError where there is none."""
+    """A serial port, 8N1. Raises OSError if there is none."""
     import serial
 
     port: Port = serial.Serial(path, baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
@@ -108,7 +109,7 @@ def open_port(path: str, baud_rate: int, timeout_s: float) -> Port:
 
 
 class KeyenceLink:
-    """Asks one output again and again; a reading is stamped half-way between question and answer."""
+    """Asks one output for its value; a reading is stamped half-way between question and answer."""
 
     def __init__(self, port: Port, dialect: str, out: int, mounting: Mounting, clock: Callable[[], float]) -> None:
         self._port = port
@@ -117,7 +118,7 @@ class KeyenceLink:
         self._clock = clock
 
     def read(self) -> Reading | None:
-        """Ask once; NoReading or OSError where there is no answer to use."""
+        """Ask once. Raises NoReading if the answer is no number, OSError if there is no answer."""
         asked_s = self._clock()
         try:
             value = parse(self._ask(self._command), self._command)

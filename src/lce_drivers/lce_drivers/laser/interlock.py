@@ -7,8 +7,15 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True, slots=True)
 class TemperatureLimits:
-    """What a supervised strip may do: highest temperature [K], largest change between two readings [K], age of a
-    reading at which the light pauses [s], and age at which that is a fault [s]."""
+    """What a supervised strip may do.
+
+    Parameters
+    ----------
+    max_temperature_k : highest temperature [K].
+    max_jump_k : largest change between two readings [K].
+    pause_after_s : age of the newest reading [s] at which the light pauses.
+    fault_after_s : age of the newest reading [s] at which that is a fault.
+    """
 
     max_temperature_k: float
     max_jump_k: float = 10.0
@@ -25,16 +32,18 @@ class TemperatureLimits:
 
 
 class Interlock:
-    """With the newest reading T, measured the age a ago, and T' the one before it::
+    """Allows light while the temperature is fresh and plausible.
 
-        paused    a > pause_after_s, or no reading: dark until there is one again
-        fault     a > fault_after_s while somebody commands the laser, be it to zero
-                  no reading yet, and light wanted for fault_after_s - pause_after_s
+    T is the newest reading, a its age, and T' the reading before it::
+
+        paused    a > pause_after_s, or no reading: dark until the next one
+        fault     a > fault_after_s while somebody commands the laser, even to zero
+                  no reading yet, and light commanded for fault_after_s - pause_after_s
                   T is not a finite number, or T > max_temperature_k
                   |T - T'| > max_jump_k, no more than fault_after_s apart: no strip does that, a broken camera does
 
-    A fault is latched: dark until ``reset``. A bench that nobody commands needs no readings. A reading from the future
-    by more than ``pause_after_s`` is none.
+    A fault is latched: dark until ``reset``. Without commands no readings are needed. Readings stamped more than
+    ``pause_after_s`` ahead are ignored.
     """
 
     def __init__(self, limits: TemperatureLimits) -> None:
@@ -55,7 +64,7 @@ class Interlock:
             self._latch(f"the temperature jumped by {jump_k:.1f} K between two readings")
 
     def permits(self, now_s: float, power_w: float | None) -> bool:
-        """Whether ``power_w`` [W] may be at ``now_s`` [s]; None where nobody commands."""
+        """Whether ``power_w`` [W] may be applied at ``now_s`` [s]; None means that nobody commands."""
         fresh = self._is_fresh(now_s)
         wanted = power_w is not None and power_w > 0.0
         if fresh or not (wanted or (power_w is not None and self._last is not None)):
@@ -67,7 +76,7 @@ class Interlock:
         return self.fault is None and (fresh or not wanted)
 
     def reset(self, now_s: float) -> str | None:
-        """Clear the fault; the reason where it cannot be."""
+        """Clear the fault; returns the reason if it cannot be cleared, else None."""
         if not self._is_fresh(now_s):
             return "there is no fresh temperature"
         assert self._last is not None

@@ -7,20 +7,19 @@ Publishes   laser/power          std_msgs/Float64, W as applied, 100 Hz
 Serves      laser/reset          std_srvs/Trigger: clears a fault, once its cause is gone
 Parameters  max_power_w          W, upper limit of what is ever applied
             slew_w_per_s         W/s, fastest rise, 0 for no limit
-            command_timeout_s    s, a command older than this counts as none
+            command_timeout_s    s, maximum age of a command; an older one gives zero power
             temperature_required false declares a bench without a thermal camera; else there is no light without one
             max_temperature_c    °C, above it: fault
             max_jump_k           K, more between two readings: fault
-            temperature_pause_s  s, a temperature older than this: zero power until there is a new one
-            temperature_fault_s  s, a temperature older than this while somebody commands: fault
+            temperature_pause_s  s, maximum age of a temperature; zero power from then until the next one
+            temperature_fault_s  s, age of the newest temperature that is a fault while somebody commands
             device               simulated | labjack
             labjack.*            host, port, volts_per_watt, threshold_v, max_v, timeout_s, watchdog_s
 
-Zero power without a fresh, finite command, without a fresh temperature, from a fault of the temperature until
-laser/reset, and on every way out of the process. What no process can do for
-itself after `kill -9` is done where the power arrives: the simulator takes a laser/power older than 100 ms
-for zero, and the hardware's watchdog pulls its output to zero. A device that cannot be written ends the node
-with status 1.
+The power is zero without a fresh, finite command, without a fresh temperature, from a fault of the temperature until
+laser/reset, and on every way out of the process. No process can act after `kill -9`, so the place where the power
+arrives does it: the simulator takes a laser/power older than 100 ms for zero, and the hardware's watchdog pulls its
+output to zero. A device that cannot be written ends the node with status 1.
 """
 
 import sys
@@ -34,6 +33,7 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
+from lce_drivers.laser.clock_watch import QUIET_CHECKS, ClockWatch
 from lce_drivers.laser.interlock import Interlock, TemperatureLimits
 from lce_drivers.laser.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser.power_guard import PowerGuard, PowerLimits, PowerOutput, State
@@ -44,7 +44,6 @@ from lce_ros.node import BenchNode, NodeFault, run
 PERIOD_S: Final = 0.01
 LAST_WORD_S: Final = 0.2
 CLOCK_CHECK_S: Final = 0.1
-QUIET_CHECKS: Final = 2
 
 LEVELS: Final = {
     State.WAITING: Level.OK,
@@ -81,7 +80,7 @@ def labjack(node: BenchNode) -> PowerOutput:
     )
     timeout_s = number("timeout_s", 0.1, "longest wait for an answer", "s", 0.01, 1.0)
     calibration = Calibration(
-        volts_per_watt=number("volts_per_watt", 0.0, "slope of the laser driver; to be set", "V/W", 0.0, 1000.0),
+        volts_per_watt=number("volts_per_watt", 0.0, "slope of the laser driver; must be set", "V/W", 0.0, 1000.0),
         threshold_v=number("threshold_v", 0.0, "voltage at which light begins", "V", 0.0, 10.0),
         max_v=number("max_v", 5.0, "highest voltage that is ever put out", "V", 0.0, 10.0),
     )
@@ -98,13 +97,20 @@ DEVICES: Final[Mapping[str, Callable[[BenchNode], PowerOutput]]] = {
 
 
 class Laser(BenchNode):
-    """Lets through what the guard allows, 100 times a second."""
+    """Applies the power that the guard and the interlock allow, 100 times a second."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("laser", **options)
         self.declare("max_power_w", 2.0, "upper limit of the power", unit="W", lower=0.0, upper=10.0)
         self.declare("slew_w_per_s", 0.0, "fastest rise, 0: no limit", unit="W/s", lower=0.0, upper=1e6)
-        self.declare("command_timeout_s", 0.1, "age at which a command is stale", unit="s", lower=0.02, upper=1.0)
+        self.declare(
+            "command_timeout_s",
+            0.1,
+            "maximum age of a command; an older one gives zero power",
+            unit="s",
+            lower=0.02,
+            upper=1.0,
+        )
         device = self.declare("device", "simulated", "what drives the laser", choices=tuple(DEVICES), read_only=True)
         self._output = DEVICES[device](self)
         self._guard = PowerGuard(self._limits())
@@ -114,13 +120,12 @@ class Laser(BenchNode):
         self._power = self.advertise(Float64, "laser/power")
         self._closed = False
         self.listen(Float64, "laser/power_command", lambda m: self._guard.command(m.data, self.now_s()))
-        self.listen(Temperature, "temperature", self._hear_temperature)
+        self.listen(Temperature, "temperature", self._take_temperature)
         self.create_service(Trigger, "laser/reset", self._reset)
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._look_for_rivals)
         if not self.on_sim_time:
-            self._seen_ticks = -1
-            self._quiet_checks = 0
+            self._clock_watch = ClockWatch()
             self.create_timer(CLOCK_CHECK_S, self._check_clock, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
@@ -131,7 +136,7 @@ class Laser(BenchNode):
         try:
             self._output.close()
         except OSError as error:
-            # What the strip gets is now the device's watchdog's to end; saying zero would be a guess.
+            # Only the device's watchdog can end the light now; to publish zero would be a guess.
             self.get_logger().error(f"zero power could not be set: {error}")
             return
         if self.context.ok():
@@ -184,29 +189,41 @@ class Laser(BenchNode):
             self.report(Level.WARN, f"{commanders} nodes command the laser at once")
 
     def _check_clock(self) -> None:
-        # Timers follow the node's clock: were it set back an hour, the laser would shine for an hour.
-        # After a machine that stood still a late check may be followed at once by the next, before the next tick.
-        self._quiet_checks = self._quiet_checks + 1 if self.ticks == self._seen_ticks else 0
-        if self._quiet_checks >= QUIET_CHECKS:
+        if self._clock_watch.stopped(self.ticks):
             raise NodeFault(f"laser: no tick for {QUIET_CHECKS * CLOCK_CHECK_S:g} s: the system clock was set back")
-        self._seen_ticks = self.ticks
 
     def _supervise(self) -> Interlock | None:
         def number(name: str, default: float, description: str, unit: str, lower: float, upper: float) -> None:
             self.declare(name, default, description, unit=unit, lower=lower, upper=upper)
 
-        number("max_temperature_c", 120.0, "highest temperature of the strip", "°C", -50.0, 300.0)
-        number("max_jump_k", 10.0, "largest change between two readings", "K", 0.1, 1000.0)
-        number("temperature_pause_s", 0.2, "age of a temperature at which light pauses", "s", 0.05, 0.45)
-        number("temperature_fault_s", 0.5, "age of a temperature that is a fault", "s", 0.46, 5.0)
-        required = self.declare("temperature_required", True, "false: a bench without a thermal camera", read_only=True)
+        number("max_temperature_c", 120.0, "highest temperature of the strip; above it is a fault", "°C", -50.0, 300.0)
+        number("max_jump_k", 10.0, "largest change between two temperatures; a larger one is a fault", "K", 0.1, 1000.0)
+        number(
+            "temperature_pause_s",
+            0.2,
+            "maximum age of a temperature; zero power from then until the next",
+            "s",
+            0.05,
+            0.45,
+        )
+        number(
+            "temperature_fault_s",
+            0.5,
+            "age of the newest temperature that is a fault while somebody commands",
+            "s",
+            0.46,
+            5.0,
+        )
+        required = self.declare(
+            "temperature_required", True, "false: no thermal camera supervises the strip", read_only=True
+        )
         return Interlock(self._temperature_limits()) if required else None
 
     def _temperature_limits(self) -> TemperatureLimits:
         numbers = (self.value(name) for name in ("max_jump_k", "temperature_pause_s", "temperature_fault_s"))
         return TemperatureLimits(to_kelvin(self.value("max_temperature_c")), *numbers)
 
-    def _hear_temperature(self, message: Temperature) -> None:
+    def _take_temperature(self, message: Temperature) -> None:
         if self._interlock is not None:
             self._interlock.read(to_kelvin(message.temperature), from_stamp(message.header.stamp))
 

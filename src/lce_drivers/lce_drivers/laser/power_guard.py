@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last word on laser power: what of a stream of commands may reach the strip."""
+"""Which power of a stream of commands may reach the strip."""
 
 import math
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class PowerOutput(Protocol):
 
 
 class State(Enum):
-    """Why the power is what it is."""
+    """Why the power has its present value."""
 
     WAITING = "no command yet: zero power"
     FOLLOWING = "following the command"
@@ -36,7 +36,14 @@ class State(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PowerLimits:
-    """Limits of the laser: power [W], age of a command [s], rise [W/s] (0: no limit on the rise)."""
+    """Limits of the laser.
+
+    Parameters
+    ----------
+    max_power_w : [W].
+    command_timeout_s : maximum age of a command [s].
+    slew_w_per_s : fastest rise [W/s], 0 for no limit.
+    """
 
     max_power_w: float
     command_timeout_s: float = 0.1
@@ -51,9 +58,9 @@ class PowerLimits:
 
 
 class PowerGuard:
-    """Power from commands.
+    """Makes a safe power of commands.
 
-    With c the newest command received strictly before the tick, at the age a::
+    c is the newest command received strictly before the tick, a its age::
 
         p = 0                                 no command, a > command_timeout_s, or c not finite or negative
         p = min(c, max_power_w, p' + slew_w_per_s * dt)   otherwise; p' is the power dt ago
@@ -88,11 +95,11 @@ class PowerGuard:
 
     @property
     def commanded(self) -> bool:
-        """Whether the last power was somebody's command, be it zero or nonsense."""
+        """Whether the last power came from a command, even one of zero or one that is not a power."""
         return self.state not in (State.WAITING, State.STALE)
 
     def cut(self, now_s: float) -> float:
-        """Zero power all the same [W]: something else forbids light. A later rise begins there."""
+        """Override the last power with zero [W], and return it; a later rise begins there."""
         self._power_w, self._applied_s = 0.0, now_s
         return 0.0
 

@@ -17,8 +17,8 @@ LONGEST_GAP_S: Final = 60.0
 class Drive:
     """Zero-order hold of the laser power between the times at which it was received.
 
-    A power older than ``timeout_s`` counts as zero: the laser node may have been killed. A power received at
-    the very instant of a tick belongs to the time after it, so that the order of the two does not matter.
+    A power older than ``timeout_s`` [s] counts as zero: the laser node may have been killed. A power received at the
+    very instant of a tick belongs to the time after it, so the order of the two does not matter.
     """
 
     def __init__(self, timeout_s: float = 0.1) -> None:
@@ -34,7 +34,7 @@ class Drive:
         return self._power_w
 
     def put(self, power_w: float, t_s: float) -> None:
-        """Take in a power [W] received at ``t_s`` [s]; what is not a power counts as zero."""
+        """Take in a power [W] received at ``t_s`` [s]; negative and non-finite ones count as zero."""
         self._waiting.append((t_s, power_w if math.isfinite(power_w) and power_w > 0.0 else 0.0))
 
     def advance(self, t_s: float) -> Iterator[tuple[float, float]]:
@@ -73,7 +73,7 @@ class Setting:
 
     @classmethod
     def parse(cls, text: str) -> "Setting":
-        """LceError for a text that is not of the form TERM.PARAM=NUMBER."""
+        """Read TERM.PARAM=NUMBER. Raises LceError for any other text."""
         key, separator, number = text.partition("=")
         try:
             return cls(key.strip(), float(number))
@@ -83,7 +83,7 @@ class Setting:
 
 
 def strip_model(model_file: str, settings: Iterable[str]) -> Model:
-    """The model of a file (empty: the default one) with settings TERM.PARAM=VALUE; blank ones are skipped."""
+    """The model of a file (empty: the default one), changed by settings TERM.PARAM=VALUE; blank ones are skipped."""
     model = load_model(model_file) if model_file else default_model()
     changes = [Setting.parse(text) for text in settings if text.strip()]
     return model.configured({change.key: change.value for change in changes})

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+from lce_drivers.laser.clock_watch import ClockWatch
+
+
+def verdicts(*ticks: int) -> list[bool]:
+    """What a watch says when it finds these numbers of ticks at its checks."""
+    watch = ClockWatch()
+    return [watch.stopped(number) for number in ticks]
+
+
+def test_a_clock_that_ticks_between_two_checks_runs() -> None:
+    assert not any(verdicts(0, 10, 20, 30))
+
+
+def test_a_clock_without_a_tick_for_two_checks_has_stopped() -> None:
+    assert verdicts(10, 20, 20, 20) == [False, False, False, True]
+
+
+def test_a_machine_that_stood_still_is_not_taken_for_a_clock_that_stopped() -> None:
+    """Its late check is followed at once by the next, before the next tick."""
+    assert not any(verdicts(10, 20, 21, 21, 31, 41, 41, 51))
+
+
+def test_a_clock_that_stopped_before_its_first_tick_is_noticed() -> None:
+    assert verdicts(0, 0, 0)[-1]
