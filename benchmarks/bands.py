@@ -7,6 +7,7 @@ from tqdm import tqdm
 
 from lce_analysis.identification import fit
 from lce_analysis.identification.uncertainty import band
+from lce_analysis.options import FitOptions
 from lce_data.run import Run, Series
 from lce_data.waveforms import SHAPES
 from lce_model import Model, default_model, simulate
@@ -34,7 +35,7 @@ def covered(deformation: str, seed: int) -> tuple[float, float]:
     gain = 45.0 if deformation == "kinetic" else 30.0
     truth = default_model("lumped", deformation).set({"lumped.gain": gain})
     random = np.random.default_rng(seed)
-    result = fit(truth, [recorded(truth, *run, random)[0] for run in TRAIN], seed=seed)
+    result = fit(truth, [recorded(truth, *run, random)[0] for run in TRAIN], options=FitOptions(seed=seed))
     run, true_m = recorded(truth, *UNSEEN, random)
     found = band(result.problem, run)
     inside = np.abs(found.displacement_m - true_m) <= found.displacement_error_m

@@ -14,6 +14,7 @@ from tqdm import tqdm
 
 from lce_analysis.identification import FitResult, fit
 from lce_analysis.identification.transformation import Transformation
+from lce_analysis.options import FitOptions
 from lce_analysis.prediction import predict
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
@@ -90,7 +91,7 @@ def measure(seeds: int) -> list[str]:
             for seed in range(seeds):
                 bar.set_description_str(f"{deformation}, seed {seed}")
                 runs = campaign(truth, seed)
-                result = fit(default_model("lumped", deformation), runs, seed=seed)
+                result = fit(default_model("lumped", deformation), runs, options=FitOptions(seed=seed))
                 ratios.append(over_noise(result, runs))
                 single += deviations(result, truth)
                 region.append(holds_truth(result, truth, runs))

@@ -2,13 +2,16 @@
 """What a model says of a run: the same input, compared sample by sample with what was measured."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
 
+from lce_analysis.options import Drive
+from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
@@ -16,16 +19,15 @@ from lce_model import Model
 from lce_model.kernel.compose import RECORDED
 
 Floats = NDArray[np.float64]
-Drive = Literal["model", "measured"]
-"""What drives the T→d stage: the model's own thermal state, or the measured temperature, smoothed."""
 
-TEMPERATURE: Final = RECORDED.index("temperature")
-DISPLACEMENT: Final = RECORDED.index("displacement")
-DIRECTION: Final = RECORDED.index("direction")
-CAMERA: Final = RECORDED.index("measured_temperature")
-DISTANCE: Final = RECORDED.index("measured_displacement")
-STRETCHES, MOVED = 8, 5.0
-"""Under constant power a series moves where the means of so many stretches differ by so many times its noise."""
+STATE: Final[Mapping[str, int]] = {name: RECORDED.index(name) for name in ("temperature", "displacement", "direction")}
+"""Columns of the kernel's output that hold the true state of the strip."""
+COLUMN: Final[Mapping[Channel, int]] = {
+    channel: RECORDED.index(channel.output) for channel in SENSORS if channel.output is not None
+}
+"""Columns that hold what each sensor shows."""
+INTERVALS, MOVED = 8, 5.0
+"""Under constant power a series moves if the means of so many intervals differ by so many times its noise."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,9 @@ class SimulationInput:
 
     time_s, power_w : (n,) the input, each power held until the next time.
     drive_k : (n,) temperature that replaces the thermal stage, or (0,).
-    start_k : temperature at the first time, as the first samples show it (NaN where none was measured).
+    deadband_k : reversals of ``drive_k`` smaller than this are noise.
+    start_k : temperature at the first time, as the first samples show it (NaN if none was measured).
+    sampling : from the grid to the samples of each sensor that measured.
     """
 
     run: Run
@@ -62,8 +66,12 @@ class SimulationInput:
     drive_k: Floats
     deadband_k: float
     start_k: float
-    at_temperature: Sampling | None
-    at_displacement: Sampling | None
+    sampling: Mapping[Channel, Sampling]
+
+    @property
+    def driven(self) -> bool:
+        """Does a given temperature replace the thermal stage?"""
+        return self.drive_k.size > 0
 
     def simulate(self, model: Model, parameters: Floats, start_k: Floats) -> Floats:
         """Outputs (m, n, len(RECORDED)) for parameter rows (m, k) and start temperatures (m,)."""
@@ -78,9 +86,9 @@ def excited(run: Run) -> bool:
     """Does the laser power of the run change, or do sensors follow a step to it with which the run began?"""
     if run.power is None or np.ptp(run.power.value) > 0.0:
         return True
-    series = [s for s in (run.temperature, run.displacement) if s is not None]
+    series = run.measured.values()
     return bool(run.power.value[0] > 0.0) and any(
-        np.ptp([part.mean() for part in np.array_split(s.value, STRETCHES)]) > MOVED * noise_floor(s) for s in series
+        np.ptp([part.mean() for part in np.array_split(s.value, INTERVALS)]) > MOVED * noise_floor(s) for s in series
     )
 
 
@@ -117,7 +125,7 @@ def simulation_input(run: Run, model: Model) -> SimulationInput:
         drive = np.interp(grid, run.temperature.time_s, smoothed(run.temperature))
         return _laid_out(run, grid, run.power.value, drive)
     time, power = run.power.time_s, run.power.value
-    last = max(s.time_s[-1] for s in (run.temperature, run.displacement, run.power) if s is not None)
+    last = max(s.time_s[-1] for s in run.series.values())
     if last > time[-1]:
         time, power = np.append(time, last), np.append(power, power[-1])
     return _laid_out(run, time, power, np.empty(0))
@@ -132,8 +140,7 @@ def _laid_out(run: Run, time_s: Floats, power_w: Floats, drive_k: Floats) -> Sim
         drive_k=np.ascontiguousarray(drive_k),
         deadband_k=deadband,
         start_k=float(np.mean(rest)) if (rest := _at_rest(run)).size else float("nan"),
-        at_temperature=None if run.temperature is None else Sampling.between(time_s, run.temperature.time_s),
-        at_displacement=None if run.displacement is None else Sampling.between(time_s, run.displacement.time_s),
+        sampling={channel: Sampling.between(time_s, series.time_s) for channel, series in run.measured.items()},
     )
 
 
@@ -153,12 +160,13 @@ def smoothed(series: Series, around: Floats | None = None) -> Floats:
 def measured_drive(prepared: SimulationInput, model: Model, start_k: float) -> SimulationInput:
     """The same run, driven by its measured temperature smoothed around the model's thermal state."""
     run = prepared.run
-    if run.temperature is None or prepared.at_temperature is None:
+    if run.temperature is None:
         raise LceError(f"{run.name}: no temperature was measured that could drive the deformation")
-    if prepared.drive_k.size:
+    if prepared.driven:
         return prepared
     out = prepared.simulate(model, model.vector[None], np.array([start_k]))[0]
-    thermal, at_samples = out[:, TEMPERATURE], prepared.at_temperature(out[:, CAMERA])
+    thermal = out[:, STATE["temperature"]]
+    at_samples = prepared.sampling[TEMPERATURE](out[:, COLUMN[TEMPERATURE]])
     correction = smoothed(run.temperature, at_samples) - at_samples
     drive = thermal + np.interp(prepared.time_s, run.temperature.time_s, correction)
     return _laid_out(run, prepared.time_s, prepared.power_w, drive)
@@ -181,7 +189,7 @@ def start_temperature(prepared: SimulationInput, model: Model) -> float:
     The first camera sample alone (0.06 K rms) would be felt in the displacement, so the start is estimated like a
     parameter of its own. A run that starts at rest, or without temperatures, starts at the ambient temperature.
     """
-    if prepared.drive_k.size:
+    if prepared.driven:
         return float(prepared.drive_k[0])
     if starts_at(prepared, model["ambient.t_env"]):
         return model["ambient.t_env"]
@@ -191,8 +199,8 @@ def start_temperature(prepared: SimulationInput, model: Model) -> float:
         rows = np.repeat(model.vector[None], 2, axis=0)
         out = prepared.simulate(model, rows, np.array([start, start + step]))
         numerator = denominator = 0.0
-        for series, sampling, column in _measured(prepared):
-            modelled = sampling(out[:, :, column])
+        for channel, series in prepared.run.measured.items():
+            modelled = prepared.sampling[channel](out[:, :, COLUMN[channel]])
             if not np.isfinite(modelled).all():
                 continue
             slope = (modelled[1] - modelled[0]) / step
@@ -206,31 +214,20 @@ def start_temperature(prepared: SimulationInput, model: Model) -> float:
     return start
 
 
-def _measured(prepared: SimulationInput) -> list[tuple[Series, Sampling, int]]:
-    found: list[tuple[Series, Sampling, int]] = []
-    if prepared.run.temperature is not None and prepared.at_temperature is not None and not prepared.drive_k.size:
-        found.append((prepared.run.temperature, prepared.at_temperature, CAMERA))
-    if prepared.run.displacement is not None and prepared.at_displacement is not None:
-        found.append((prepared.run.displacement, prepared.at_displacement, DISTANCE))
-    return found
-
-
 @dataclass(frozen=True)
 class Prediction:
     """A model's account of a run.
 
     time_s, temperature_k, displacement_m, direction : (n,) the strip on the grid of the input; NaN where a stage is
     missing.
-    temperature_at_samples_k, displacement_at_samples_m : what the sensors show at the times of the measured series,
-    None where there is no such series or no such stage.
+    at_samples : what each sensor that the model predicts shows at the times of its measured series [SI].
     """
 
     time_s: Floats
     temperature_k: Floats
     displacement_m: Floats
     direction: Floats
-    temperature_at_samples_k: Floats | None
-    displacement_at_samples_m: Floats | None
+    at_samples: Mapping[Channel, Floats]
     start_temperature_k: float
 
 
@@ -242,23 +239,23 @@ def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
     """
     prepared = simulation_input(run, model)
     start = start_temperature(prepared, model)
-    out = prepared.simulate(model, model.vector[None], np.array([start]))[0]
-    temperature, camera = np.ascontiguousarray(out[:, TEMPERATURE]), out[:, CAMERA]
+    first = prepared.simulate(model, model.vector[None], np.array([start]))[0]
+    out = first
     if drive == "measured" and model.deformation != "none":
-        prepared = measured_drive(prepared, model, start)
-        out = prepared.simulate(model, model.vector[None], np.array([start]))[0]
-    displacement = np.ascontiguousarray(out[:, DISPLACEMENT])
-    thermal = model.thermal != "none" and run.power is not None
+        driven = measured_drive(prepared, model, start)
+        out = driven.simulate(model, model.vector[None], np.array([start]))[0]
+    at_samples = {}
+    for channel, sampling in prepared.sampling.items():
+        if not model.predicts(channel) or (channel is TEMPERATURE and run.power is None):
+            continue
+        # The measured temperature is compared with the thermal stage, never with itself.
+        source = first if channel is TEMPERATURE else out
+        at_samples[channel] = sampling(source[:, COLUMN[channel]])
     return Prediction(
         time_s=prepared.time_s,
-        temperature_k=temperature,
-        displacement_m=displacement,
-        direction=np.ascontiguousarray(out[:, DIRECTION]),
-        temperature_at_samples_k=prepared.at_temperature(camera) if prepared.at_temperature and thermal else None,
-        displacement_at_samples_m=(
-            prepared.at_displacement(out[:, DISTANCE])
-            if prepared.at_displacement and model.deformation != "none"
-            else None
-        ),
+        temperature_k=np.ascontiguousarray(first[:, STATE["temperature"]]),
+        displacement_m=np.ascontiguousarray(out[:, STATE["displacement"]]),
+        direction=np.ascontiguousarray(out[:, STATE["direction"]]),
+        at_samples=at_samples,
         start_temperature_k=start,
     )

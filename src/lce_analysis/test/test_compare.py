@@ -36,10 +36,10 @@ def _ar1(rng: np.random.Generator, n: int, phi: float) -> Floats:
 
 def test_a_true_model_is_at_the_noise_and_said_to_be(strip: Model, recorded: Record) -> None:
     found = compare(strip, [recorded(seed=1), recorded("again", seed=2)])
-    assert all(stage.at_noise for run in found.runs for stage in run.stages)
+    assert all(stage.at_noise() for run in found.runs for stage in run.channels.values())
     assert found.sentences[0].startswith("The model explains the ")
     for run in found.runs:
-        for stage, sigma in zip(run.stages, (0.06, 4e-6), strict=True):
+        for stage, sigma in zip(run.channels.values(), (0.06, 4e-6), strict=True):
             assert stage.metrics.rms == pytest.approx(sigma, rel=0.1)
             assert stage.autocorrelation.outside < 0.15
 
@@ -47,14 +47,14 @@ def test_a_true_model_is_at_the_noise_and_said_to_be(strip: Model, recorded: Rec
 def test_an_error_on_one_branch_is_found_and_put_into_words(strip: Model, recorded: Record) -> None:
     wrong = recorded("wrong", extra=lambda t, k, d: 60e-6 * _cooling(k, 45.0, 58.0))
     found = compare(strip, [recorded("right", seed=3), wrong])
-    most = found.shares["displacement"].most
+    most = found.shares[DISPLACEMENT].most
     assert most.branch == "cooling"
     assert 43.0 < most.lower_c < 52.0 and 51.0 < most.upper_c < 60.0
     assert most.error_share > 0.5 > 4.0 * most.sample_share
     sentence = found.sentences[0]
     assert sentence.startswith(f"{most.error_share:.0%} of the squared error of d sits on the cooling branch between ")
     assert "wrong alone holds" in sentence and "at worst (wrong)" in sentence
-    assert list(found.shares) == ["displacement", "temperature"]  # worst first
+    assert list(found.shares) == [DISPLACEMENT, TEMPERATURE]  # worst first
 
 
 def test_an_error_everywhere_is_said_to_be_spread(strip: Model, recorded: Record) -> None:
@@ -63,8 +63,8 @@ def test_an_error_everywhere_is_said_to_be_spread(strip: Model, recorded: Record
 
 
 def test_metrics_of_a_known_residual(strip: Model, recorded: Record) -> None:
-    clean = compare(strip, [recorded(extra=lambda t, k, d: 0.0)]).runs[0].stages[1]
-    shifted = compare(strip, [recorded(extra=lambda t, k, d: 1e-3)]).runs[0].stages[1]
+    clean = compare(strip, [recorded(extra=lambda t, k, d: 0.0)]).runs[0].channels[DISPLACEMENT]
+    shifted = compare(strip, [recorded(extra=lambda t, k, d: 1e-3)]).runs[0].channels[DISPLACEMENT]
     n, length = shifted.measured.size, strip["strip.length"]
     assert shifted.residual - clean.residual == pytest.approx(np.full(n, 1e-3))
     assert shifted.metrics.rms == pytest.approx(1e-3, rel=1e-3)
@@ -103,7 +103,7 @@ def test_the_band_of_two_smooth_strangers_holds_their_correlation() -> None:
 
 def test_profiles_show_the_dependence(strip: Model, recorded: Record) -> None:
     run = recorded(extra=lambda t, k, d: 1e-6 * (k - KELVIN - 40.0))
-    found = compare(strip, [run]).runs[0].stages[1].profiles["temperature"]
+    found = compare(strip, [run]).runs[0].channels[DISPLACEMENT].profiles["temperature"]
     for mean in (found.heating, found.cooling):
         seen = np.isfinite(mean)
         assert seen.sum() > 20
@@ -118,7 +118,7 @@ def test_a_profile_has_no_mean_where_there_are_too_few_samples() -> None:
 
 def test_the_map_holds_the_mean_residual_of_each_cycle_and_branch(strip: Model, recorded: Record) -> None:
     twice = recorded(power=lambda t: np.where(t % 40.0 < 15.0, 1.3, 0.0), extra=lambda t, k, d: 50e-6 * (t > 40.0))
-    stage = compare(strip, [twice]).runs[0].stages[1]
+    stage = compare(strip, [twice]).runs[0].channels[DISPLACEMENT]
     assert stage.map.rows == ((1, "heating"), (1, "cooling"), (2, "heating"), (2, "cooling"))
     assert np.nanmean(stage.map.mean[:2]) == pytest.approx(0.0, abs=2e-6)
     assert np.nanmean(stage.map.mean[2:]) == pytest.approx(50e-6, abs=2e-6)
@@ -126,8 +126,11 @@ def test_the_map_holds_the_mean_residual_of_each_cycle_and_branch(strip: Model, 
 
 def test_the_input_of_each_stage(strip: Model, recorded: Record) -> None:
     run = recorded(power=lambda t: 0.4 + 0.4 * np.sin(t / 3.0) ** 2)
-    temperature, displacement = compare(strip, [run]).runs[0].stages
-    for stage, drive in ((temperature, temperature.regime.power_w), (displacement, displacement.regime.temperature_c)):
+    temperature, displacement = compare(strip, [run]).runs[0].channels.values()
+    for stage, drive in (
+        (temperature, temperature.conditions.power_w),
+        (displacement, displacement.conditions.temperature_c),
+    ):
         step = float(stage.time_s[1] - stage.time_s[0])
         assert stage.input_correlation.value == pytest.approx(cross_correlation(stage.residual, drive, step).value)
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from lce_analysis.diagnosis import add, diagnose
+from lce_analysis.diagnosis import add_effect, diagnose
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
 from lce_data.waveforms import RATE_HZ, SHAPES
@@ -83,18 +83,18 @@ def test_the_record_has_every_key_of_the_contract() -> None:
 def test_adding_an_effect_keeps_its_standard_error_and_the_history() -> None:
     strip = BASE.add("creep").set({"creep.share": 0.1, "creep.tau_v": 8.0})
     train, test = _campaign(strip)
-    addition = add(BASE, "creep", train, test)
+    addition = add_effect(BASE, "creep", train, test)
     share = addition.model.values[addition.model.index("creep.share")]
     assert share.standard_error is not None
     assert abs(share.value - 0.1) < 5.0 * share.standard_error
     assert addition.confirmed
-    assert 0.5 < addition.predicted_fall < addition.actual_fall + 0.1 < 1.1
+    assert 0.5 < addition.predicted_reduction < addition.actual_reduction + 0.1 < 1.1
     before, after = addition.model.fit["history"]
     assert after["effects"] == ["creep"]
     assert after["test"]["displacement_nrmse"] < 0.5 * before["test"]["displacement_nrmse"]
     with pytest.raises(LceError, match="has creep already"):
-        add(addition.model, "creep", train)
+        add_effect(addition.model, "creep", train)
 
 
 def test_an_effect_that_is_not_there_is_not_confirmed() -> None:
-    assert not add(BASE, "creep", *_campaign(BASE)).confirmed
+    assert not add_effect(BASE, "creep", *_campaign(BASE)).confirmed

@@ -6,6 +6,7 @@ import pytest
 
 from lce_analysis.identification import FitResult, fit
 from lce_analysis.prediction import predict
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.run import Run, Series
 from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, default_model, simulate
@@ -61,8 +62,8 @@ def test_the_strength_of_an_effect_is_recovered(name: str) -> None:
         assert run.temperature is not None
         assert run.displacement is not None
         said = predict(result.model, run)
-        assert np.std(said.temperature_at_samples_k - run.temperature.value) < 1.1 * CAMERA_K
-        assert np.std(said.displacement_at_samples_m - run.displacement.value) < 1.1 * DISTANCE_M
+        assert np.std(said.at_samples[TEMPERATURE] - run.temperature.value) < 1.1 * CAMERA_K
+        assert np.std(said.at_samples[DISPLACEMENT] - run.displacement.value) < 1.1 * DISTANCE_M
 
 
 def test_an_effect_that_the_strip_itself_can_take_the_place_of_is_told_as_undetermined() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lce_analysis.identification import fit, fit_each, identify
+from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
@@ -65,7 +66,7 @@ def test_a_joint_fit_ends_at_the_noise_and_finds_what_the_data_determine() -> No
 
 def test_the_same_seed_gives_the_same_model() -> None:
     runs = runs_of(default_model(), seed=2, count=1, duration_s=50.0)
-    assert fit(default_model(), runs, seed=5).model == fit(default_model(), runs, seed=5).model
+    assert fit(default_model(), runs, FitOptions(seed=5)).model == fit(default_model(), runs, FitOptions(seed=5)).model
 
 
 def test_fixed_and_held_parameters_stay_where_they_are_told_to() -> None:

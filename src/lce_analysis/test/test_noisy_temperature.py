@@ -6,6 +6,7 @@ import pytest
 
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.prediction import predict
+from lce_data.channels import DISPLACEMENT
 from lce_data.run import Run, Series
 from lce_data.waveforms import SHAPES
 from lce_model import Model, default_model, simulate
@@ -47,7 +48,7 @@ def test_the_displacement_stays_right(deformation: str) -> None:
     """At 0.5 K rms, ten times the camera's noise, within 1 % of its spread."""
     model = default_model("lumped", deformation).set({"lumped.gain": GAIN[deformation]})
     run, _ = recorded(model, 0.5, "cycles")
-    predicted = predict(model, run, "measured").displacement_at_samples_m
+    predicted = predict(model, run, "measured").at_samples[DISPLACEMENT]
     assert predicted is not None and run.displacement is not None
     assert nrmse(predicted, run.displacement.value) < 0.01
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lce_analysis.prediction import Sampling, predict, simulation_input, smoothed, start_temperature, starts_at
-from lce_data.channels import POWER
+from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
@@ -26,9 +26,8 @@ def test_the_model_that_made_a_run_predicts_it_to_the_noise(strip: Model, record
     run = recorded(duration_s=40.0)
     found = predict(strip, run)
     assert run.temperature is not None and run.displacement is not None
-    assert found.temperature_at_samples_k is not None and found.displacement_at_samples_m is not None
-    assert np.std(found.temperature_at_samples_k - run.temperature.value) == pytest.approx(0.06, rel=0.1)
-    assert np.std(found.displacement_at_samples_m - run.displacement.value) == pytest.approx(4e-6, rel=0.05)
+    assert np.std(found.at_samples[TEMPERATURE] - run.temperature.value) == pytest.approx(0.06, rel=0.1)
+    assert np.std(found.at_samples[DISPLACEMENT] - run.displacement.value) == pytest.approx(4e-6, rel=0.05)
 
 
 def test_power_is_held_from_sample_to_sample(strip: Model, recorded: Record) -> None:
@@ -62,15 +61,14 @@ def test_a_run_that_starts_warm_starts_where_all_samples_say(strip: Model, recor
     run = recorded(duration_s=60.0)
     later = 15.0
     cut = {
-        name: Series(s.time_s[s.time_s >= later] - later, s.value[s.time_s >= later])
-        for name in ("power", "temperature", "displacement")
-        if (s := getattr(run, name)) is not None
+        channel: Series(s.time_s[s.time_s >= later] - later, s.value[s.time_s >= later])
+        for channel, s in run.series.items()
     }
     time = np.arange(0.0, 60.0, 0.01)
     truth = np.interp(
         later, time, simulate(strip, time, np.where((time > 1.0) & (time < 25.0), 1.3, 0.0)).temperature_k
     )
-    warm = replace(run, **cut)
+    warm = replace(run, series=cut)
     # Nearer than the first camera sample alone (0.06 K) could be trusted to be.
     assert start_temperature(simulation_input(warm, strip), strip) == pytest.approx(truth, abs=0.02)
 
@@ -79,12 +77,11 @@ def test_the_measured_temperature_drives_without_its_noise(strip: Model, recorde
     run = recorded(duration_s=40.0)
     assert run.displacement is not None
     found = predict(strip, run, "measured")
-    assert found.displacement_at_samples_m is not None
-    rms = float(np.sqrt(np.mean((found.displacement_at_samples_m - run.displacement.value) ** 2)))
+    rms = float(np.sqrt(np.mean((found.at_samples[DISPLACEMENT] - run.displacement.value) ** 2)))
     assert rms < 30e-6  # 0.06 K on the slope of the loop would be more than 5 µm, a flickering branch 1 mm
     bare = predict(strip, run.with_series(POWER, None))  # a bare T–d loop
-    assert bare.temperature_at_samples_k is None
-    assert bare.displacement_at_samples_m is not None
+    assert TEMPERATURE not in bare.at_samples
+    assert DISPLACEMENT in bare.at_samples
 
 
 def test_smoothing_keeps_the_corners_that_the_model_knows() -> None:
@@ -103,12 +100,12 @@ def test_smoothing_keeps_the_corners_that_the_model_knows() -> None:
     [
         (
             default_model("lumped", "none"),
-            "power",
+            POWER,
             "no laser power was recorded, and the model has only a thermal stage",
         ),
-        (default_model("none", "equilibrium"), "temperature", "has no thermal stage, and no temperature was measured"),
+        (default_model("none", "equilibrium"), TEMPERATURE, "has no thermal stage, and no temperature was measured"),
     ],
 )
-def test_a_run_without_what_the_model_needs(model: Model, missing: str, told: str, recorded: Record) -> None:
+def test_a_run_without_what_the_model_needs(model: Model, missing: Channel, told: str, recorded: Record) -> None:
     with pytest.raises(LceError, match=f"pulse: .*{told}"):
-        predict(model, replace(recorded(duration_s=10.0), **{missing: None}))
+        predict(model, recorded(duration_s=10.0).with_series(missing, None))

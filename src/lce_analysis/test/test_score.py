@@ -18,8 +18,8 @@ def _gram(*columns: np.ndarray) -> np.ndarray:
 def test_the_strength_of_a_direction_is_found_whatever_the_free_parameters_absorb() -> None:
     seen = project(_gram(TRUE, OTHER, 0.7 * TRUE + FREE @ [3.0, -2.0, 1.0]), 3)
     assert seen.strength[0] == pytest.approx(0.7)
-    assert seen.fall[0] == pytest.approx(seen.error)
-    assert seen.fall[1] < 0.01 * seen.error
+    assert seen.reduction[0] == pytest.approx(seen.error)
+    assert seen.reduction[1] < 0.01 * seen.error
 
 
 def test_a_direction_that_the_free_parameters_span_is_invisible() -> None:
@@ -41,7 +41,7 @@ def test_likeness_is_measured_after_projection() -> None:
 
 
 def test_evidence_of_pure_noise_is_chi_squared() -> None:
-    evidence = [project(_gram(TRUE, RNG.standard_normal(N)), 3).fall[0] for _ in range(400)]
+    evidence = [project(_gram(TRUE, RNG.standard_normal(N)), 3).reduction[0] for _ in range(400)]
     assert np.mean(evidence) == pytest.approx(1.0, abs=0.25)
     assert np.mean([p_value(e, False, 1) < 0.05 for e in evidence]) == pytest.approx(0.05, abs=0.035)
 

@@ -7,6 +7,7 @@ import pytest
 from lce_analysis.identification import FitResult, fit
 from lce_analysis.identification.profile import Profile, profiles
 from lce_analysis.identification.uncertainty import band
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
@@ -81,15 +82,15 @@ def test_the_band_is_as_wide_as_predictions_scatter(heated: FitResult) -> None:
         model = fit(truth, [recorded(truth, 100 + seed)]).model
         predicted.append(simulate(model, TIME, POWER).temperature_k)
     scatter = np.std(predicted, axis=0)[20:]
-    ratio = found.temperature_error_k[20:] / 1.96 / scatter
+    ratio = found.error[TEMPERATURE][20:] / 1.96 / scatter
     assert 0.75 < np.sqrt(np.mean(ratio**2)) < 1.35
-    assert found.displacement_error_m.size == TIME.size
+    assert found.error[DISPLACEMENT].size == TIME.size
 
 
 def test_bands_of_the_displacement_follow_from_both_stages() -> None:
     model = default_model("lumped", "kinetic").set(TRUTH)
     result = fit(model, [recorded(model, 3, "a"), recorded(model, 4, "b")])
     found = band(result.problem, recorded(model, 5))
-    off = np.abs(found.displacement_m - simulate(model, TIME, POWER).displacement_m)
-    assert 0.0 < found.displacement_error_m.max() < 5e-6
-    assert np.mean(off <= 1.5 * found.displacement_error_m) > 0.8
+    off = np.abs(found.value[DISPLACEMENT] - simulate(model, TIME, POWER).displacement_m)
+    assert 0.0 < found.error[DISPLACEMENT].max() < 5e-6
+    assert np.mean(off <= 1.5 * found.error[DISPLACEMENT]) > 0.8

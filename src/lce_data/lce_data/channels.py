@@ -4,6 +4,7 @@
 Files, topics, fits, reports and the page ask a channel for what they need; none of them names a sensor of its own.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
@@ -32,9 +33,9 @@ class Unit:
         return (value - self.offset) / self.factor
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Channel:
-    """A quantity that is measured over time.
+    """A quantity that is measured over time. There is one object of each, also behind a pickle: compare with ``is``.
 
     Parameters
     ----------
@@ -70,6 +71,12 @@ class Channel:
     def column(self) -> str:
         """The column of a CSV, and the key of a JSON file, that holds it: ``temperature_c``."""
         return f"{self.name}_{self.suffix}"
+
+    def __repr__(self) -> str:
+        return f"<channel {self.name} [{self.unit}]>"
+
+    def __reduce__(self) -> tuple[Callable[[str], "Channel"], tuple[str]]:
+        return channel_named, (self.name,)
 
 
 POWER: Final = Channel(
@@ -128,3 +135,8 @@ CHANNELS: Final = (POWER, TEMPERATURE, DISPLACEMENT)
 
 SENSORS: Final = tuple(channel for channel in CHANNELS if channel.output is not None)
 """The channels that a model predicts, in the order of the chain P → T → d."""
+
+
+def channel_named(name: str) -> Channel:
+    """The channel of a name. Raises KeyError if there is none."""
+    return {channel.name: channel for channel in CHANNELS}[name]

@@ -2,11 +2,13 @@
 """How noisy a measured series is, told from the series alone."""
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
 
-from lce_data.run import Series
+from lce_data.channels import Channel
+from lce_data.run import Run, Series
 
 _THIRD_DIFFERENCE_GAIN: Final = math.sqrt(20.0)
 """Standard deviation of x3 - 3 x2 + 3 x1 - x0 over that of white noise x."""
@@ -31,3 +33,9 @@ def noise_floor(series: Series) -> float:
     repeated = float(np.mean(steps == 0.0))
     quantum = float(np.min(steps[steps > 0.0])) if 0.2 < repeated < 1.0 else 0.0
     return max(_MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN, quantum / _ROUNDING, smallest)
+
+
+def sensor_noise(runs: Sequence[Run], channels: Iterable[Channel]) -> dict[Channel, float]:
+    """RMS noise of each channel over all runs that measured it [SI]; channels that none of them measured are left out."""
+    floors = {c: [noise_floor(run.series[c]) for run in runs if c in run.series] for c in channels}
+    return {c: float(np.sqrt(np.mean(np.square(values)))) for c, values in floors.items() if values}

@@ -52,3 +52,8 @@ class CancelToken:
             progress(label, done, total, rms)
 
         return watched
+
+
+def watched(progress: Progress, cancel: CancelToken | None) -> Progress:
+    """``progress``, which also looks at a cancel token if there is one."""
+    return progress if cancel is None else cancel.watching(progress)

@@ -6,12 +6,12 @@ Everything a page draws is here as plain arrays; nothing here draws.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.comparison.conditions import ErrorShares, Regime, error_shares, regime
+from lce_analysis.comparison.conditions import ErrorShares, OperatingConditions, error_shares, operating_conditions
 from lce_analysis.comparison.metrics import nrmse, rms_error, rmse_printed, smape
 from lce_analysis.comparison.residuals import (
     Correlation,
@@ -22,23 +22,16 @@ from lce_analysis.comparison.residuals import (
     profile,
     residual_map,
 )
-from lce_analysis.prediction import Drive, Prediction, predict
+from lce_analysis.options import CompareOptions, Drive
+from lce_analysis.prediction import Prediction, predict
+from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
+from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run, Series
-from lce_data.units import KELVIN
 from lce_model import Model
 
 Floats = NDArray[np.float64]
-Quantity = Literal["temperature", "displacement"]
-
-QUANTITIES: Final[tuple[Quantity, ...]] = ("temperature", "displacement")
-AT_NOISE: Final = 0.05
-UNCERTAIN: Final = 4.0
-"""A residual above the noise by no more than the share AT_NOISE + UNCERTAIN/√N is noise: the ratio of white noise to
-its estimate from N samples scatters by 1.35/√N."""
-EVEN: Final = 1.4
-"""The error is spread evenly where even the stretch with most of it has less than so many times its samples' share."""
 
 
 @dataclass(frozen=True)
@@ -62,18 +55,18 @@ class Metrics:
 
 
 @dataclass(frozen=True)
-class Stage:
-    """One measured series of a run beside the model: °C or m, all (n,).
+class ChannelComparison:
+    """One measured series of a run beside the model, all (n,), in the recorded unit of its channel (°C, m).
 
-    input_correlation is with what drives the stage: the power for the temperature, the temperature for the
-    displacement. profiles are over "temperature" [°C], "rate" [K/s] and "power" [W].
+    input_correlation is with what drives the channel: the power for the temperature, the temperature for all others.
+    profiles are over "temperature" [°C], "rate" [K/s] and "power" [W].
     """
 
-    quantity: Quantity
+    channel: Channel
     time_s: Floats
     measured: Floats
     modelled: Floats
-    regime: Regime
+    conditions: OperatingConditions
     metrics: Metrics
     autocorrelation: Correlation
     input_correlation: Correlation
@@ -85,52 +78,80 @@ class Stage:
         """Measured minus modelled."""
         return self.measured - self.modelled
 
-    @property
-    def at_noise(self) -> bool:
+    def at_noise(self, options: CompareOptions = CompareOptions()) -> bool:
         """Is the residual no larger than the noise of the sensor?"""
-        return self.metrics.over_noise <= 1.0 + AT_NOISE + UNCERTAIN / float(np.sqrt(self.measured.size))
+        scatter = options.uncertain / float(np.sqrt(self.measured.size))
+        return self.metrics.over_noise <= 1.0 + options.at_noise + scatter
 
 
 @dataclass(frozen=True)
 class RunComparison:
-    """A run and what the model says of it."""
+    """A run and what the model says of it, by channel that was measured and is modelled."""
 
     run: Run
     prediction: Prediction
-    stages: tuple[Stage, ...]
-
-    def stage(self, quantity: Quantity) -> Stage | None:
-        """The stage of one quantity, None where it was not measured or is not modelled."""
-        return next((s for s in self.stages if s.quantity == quantity), None)
+    channels: Mapping[Channel, ChannelComparison]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A model beside runs: misfit by run and stage, shares of the squared error by regime, and it in words.
+    """A model beside runs: misfit by run and channel, shares of the squared error by condition, and sentences.
 
-    shares and sentences have one for each quantity, that with the largest residual in units of its noise first.
+    shares and sentences have one for each channel, that with the largest residual in units of its noise first.
     """
 
     model: Model
     drive: Drive
     runs: tuple[RunComparison, ...]
-    shares: Mapping[Quantity, ErrorShares]
+    shares: Mapping[Channel, ErrorShares]
     sentences: tuple[str, ...]
 
 
-def compare(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Comparison:
-    """Compare the model with every series of every run that it predicts; LceError where there is none."""
-    compared = tuple(_run(model, run, drive) for run in runs)
-    stages: dict[Quantity, list[tuple[str, Stage]]] = {
-        q: [(c.run.name, stage) for c in compared if (stage := c.stage(q)) is not None] for q in QUANTITIES
-    }
-    if not any(stages.values()):
+def compare(
+    model: Model,
+    runs: Sequence[Run],
+    options: CompareOptions = CompareOptions(),
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+) -> Comparison:
+    """Compare a model with every series of every run that it predicts.
+
+    Parameters
+    ----------
+    model, runs : what is compared.
+    options : what drives the deformation, and when a misfit counts.
+    progress, cancel : hears of each run; raises Cancelled between two of them.
+
+    Returns
+    -------
+    Comparison
+        Misfit by run and channel, where it sits, and sentences; its arrays are in SI or °C.
+
+    Raises
+    ------
+    LceError
+        If no run holds a series that the model predicts.
+
+    Examples
+    --------
+    >>> import lce_analysis as lce
+    >>> found = lce.compare(model, lce.read_runs(["runs/prbs"]))  # doctest: +SKIP
+    >>> print(found.sentences[0])  # doctest: +SKIP
+    """
+    progress, compared = watched(progress, cancel), []
+    for i, run in enumerate(runs):
+        progress(f"comparing {run.name}", i, len(runs), float("nan"))
+        compared.append(_run(model, run, options.drive))
+    members: dict[Channel, list[tuple[str, ChannelComparison]]] = {}
+    for channel in SENSORS:
+        if found := [(c.run.name, c.channels[channel]) for c in compared if channel in c.channels]:
+            members[channel] = found
+    if not members:
         raise LceError("none of the runs holds a series that this model predicts")
-    worst_first = sorted(
-        (q for q in stages if stages[q]), key=lambda q: max(s.metrics.over_noise for _, s in stages[q]), reverse=True
-    )
-    found = {q: error_shares([(name, s.regime, s.residual) for name, s in stages[q]]) for q in worst_first}
-    return Comparison(model, drive, compared, found, tuple(_sentence(q, stages[q], found[q]) for q in worst_first))
+    worst_first = sorted(members, key=lambda c: max(m.metrics.over_noise for _, m in members[c]), reverse=True)
+    shares = {c: error_shares([(name, m.conditions, m.residual) for name, m in members[c]]) for c in worst_first}
+    sentences = tuple(_sentence(c, members[c], shares[c], options) for c in worst_first)
+    return Comparison(model, options.drive, tuple(compared), shares, sentences)
 
 
 def _run(model: Model, run: Run, drive: Drive) -> RunComparison:
@@ -139,32 +160,31 @@ def _run(model: Model, run: Run, drive: Drive) -> RunComparison:
     if run.power is not None:
         held = np.searchsorted(run.power.time_s, prediction.time_s + 1e-9, side="right") - 1
         power = run.power.value[np.maximum(held, 0)]
-    course = regime(prediction.time_s, prediction.temperature_k, power)
-    modelled = prediction.temperature_at_samples_k, prediction.displacement_at_samples_m
-    stages = []
-    for quantity, series, model_says in zip(QUANTITIES, (run.temperature, run.displacement), modelled, strict=True):
-        if series is not None and model_says is not None:
-            try:
-                stages.append(_stage(model, quantity, series, model_says, course))
-            except LceError as error:
-                raise LceError(f"{run.name}: {quantity}: {error}") from None
-    return RunComparison(run, prediction, tuple(stages))
+    course = operating_conditions(prediction.time_s, prediction.temperature_k, power)
+    channels = {}
+    for channel, modelled in prediction.at_samples.items():
+        try:
+            channels[channel] = _channel(model, channel, run.series[channel], modelled, course)
+        except LceError as error:
+            raise LceError(f"{run.name}: {channel.name}: {error}") from None
+    return RunComparison(run, prediction, channels)
 
 
-def _stage(model: Model, quantity: Quantity, series: Series, modelled: Floats, course: Regime) -> Stage:
-    offset = KELVIN if quantity == "temperature" else 0.0
-    measured, modelled = series.value - offset, modelled - offset
+def _channel(
+    model: Model, channel: Channel, series: Series, modelled_si: Floats, course: OperatingConditions
+) -> ChannelComparison:
+    measured, modelled = channel.recorded.from_si(series.value), channel.recorded.from_si(modelled_si)
     residual = measured - modelled
     here = course.at(series.time_s)
     step = float(np.median(np.diff(series.time_s)))
-    drive = here.power_w if quantity == "temperature" else here.temperature_c
-    return Stage(
-        quantity,
+    drive = here.power_w if channel is TEMPERATURE else here.temperature_c
+    return ChannelComparison(
+        channel,
         series.time_s,
         measured,
         modelled,
         here,
-        _metrics(model, quantity, measured, modelled, noise_floor(series)),
+        _metrics(model, channel, measured, modelled, noise_floor(series)),
         autocorrelation(residual, step),
         cross_correlation(residual, drive, step),
         {
@@ -175,9 +195,9 @@ def _stage(model: Model, quantity: Quantity, series: Series, modelled: Floats, c
     )
 
 
-def _metrics(model: Model, quantity: Quantity, measured: Floats, modelled: Floats, noise: float) -> Metrics:
+def _metrics(model: Model, channel: Channel, measured: Floats, modelled: Floats, noise: float) -> Metrics:
     ratio = smape(modelled, measured)
-    if quantity == "displacement" and "strip.length" in model:
+    if channel is DISPLACEMENT and "strip.length" in model:
         length = model["strip.length"]
         ratio = smape(1.0 - modelled / length, 1.0 - measured / length)
     return Metrics(
@@ -185,36 +205,40 @@ def _metrics(model: Model, quantity: Quantity, measured: Floats, modelled: Float
     )
 
 
-def _sentence(quantity: Quantity, stages: Sequence[tuple[str, Stage]], found: ErrorShares) -> str:
-    symbol = "T" if quantity == "temperature" else "d"
-    name, worst = max(stages, key=lambda item: item[1].metrics.over_noise)
-    if all(s.at_noise for _, s in stages):
-        noise = _amount(quantity, worst.metrics.noise)
-        return f"The model explains the {quantity} down to the sensor noise ({noise} rms)."
-    worst_run = f"at worst ({name})" if len(stages) > 1 else "in all"
-    rms, over = _amount(quantity, worst.metrics.rms), worst.metrics.over_noise
+def _sentence(
+    channel: Channel, members: Sequence[tuple[str, ChannelComparison]], found: ErrorShares, options: CompareOptions
+) -> str:
+    symbol = channel.symbol
+    name, worst = max(members, key=lambda item: item[1].metrics.over_noise)
+    if all(m.at_noise(options) for _, m in members):
+        noise = _amount(channel, worst.metrics.noise)
+        return f"The model explains the {channel.name} down to the sensor noise ({noise} rms)."
+    worst_run = f"at worst ({name})" if len(members) > 1 else "in all"
+    rms, over = _amount(channel, worst.metrics.rms), worst.metrics.over_noise
     size = f"{worst_run} the residual is {rms} rms, {over:.3g} × the noise"
     most = found.most
-    if most.error_share < EVEN * most.sample_share:
+    if most.error_share < options.even * most.sample_share:
         everywhere = f"The squared error of {symbol} is spread evenly over temperatures, branches, holds and ramps"
-        return f"{everywhere}{_one_run(found)}; {size}."
+        return f"{everywhere}{_one_run(found, options)}; {size}."
     branch = "both branches" if most.branch is None else f"the {most.branch} branch"
     held = {None: "", True: ", while the temperature is held,", False: ", while it ramps,"}[most.held]
     return (
         f"{most.error_share:.0%} of the squared error of {symbol} sits on {branch}{held} between {most.lower_c:.0f} "
-        f"and {most.upper_c:.0f} °C, in {most.sample_share:.0%} of the samples{_one_run(found)}; {size}."
+        f"and {most.upper_c:.0f} °C, in {most.sample_share:.0%} of the samples{_one_run(found, options)}; {size}."
     )
 
 
-def _one_run(found: ErrorShares) -> str:
+def _one_run(found: ErrorShares, options: CompareOptions) -> str:
     """Words for a run that holds most of the error, and more of it than its share."""
     name, share = max(found.runs.items(), key=lambda item: item[1].error_share)
-    much = len(found.runs) > 1 and share.error_share > max(0.5, EVEN * share.sample_share)
+    much = len(found.runs) > 1 and share.error_share > max(0.5, options.even * share.sample_share)
     return f"; {name} alone holds {share.error_share:.0%} of it" if much else ""
 
 
-def _amount(quantity: Quantity, value: float) -> str:
-    return f"{value:.2g} K" if quantity == "temperature" else f"{value * 1e6:.3g} µm"
+def _amount(channel: Channel, value: float) -> str:
+    """A difference [recorded unit] as people say it: 0.21 K, 8.53 µm."""
+    digits = 2 if channel is TEMPERATURE else 3
+    return f"{value * channel.difference.factor:.{digits}g} {channel.difference.symbol}"
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
@@ -231,21 +255,26 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
         "drive": comparison.drive,
         "sentences": list(comparison.sentences),
         "runs": [
-            {"name": c.run.name, "sha256": c.run.sha256} | {q: _stage_json(c.stage(q)) for q in QUANTITIES}
+            {"name": c.run.name, "sha256": c.run.sha256}
+            | {channel.name: _channel_json(c.channels.get(channel)) for channel in SENSORS}
             for c in comparison.runs
         ],
-        "error_shares": {
-            q: _plain(asdict(comparison.shares[q])) if q in comparison.shares else None for q in QUANTITIES
-        },
+        "error_shares": {channel.name: _shares_json(comparison.shares.get(channel)) for channel in SENSORS},
     }
 
 
-def _stage_json(stage: Stage | None) -> dict[str, Any] | None:
-    if stage is None:
+def _shares_json(shares: ErrorShares | None) -> dict[str, Any] | None:
+    if shares is None:
         return None
-    unit = "c" if stage.quantity == "temperature" else "m"
-    m = stage.metrics
-    correlations = {"autocorrelation": stage.autocorrelation, "input_correlation": stage.input_correlation}
+    content = asdict(shares)
+    return {"regimes": _plain(content.pop("conditions")), **_plain(content)}
+
+
+def _channel_json(compared: ChannelComparison | None) -> dict[str, Any] | None:
+    if compared is None:
+        return None
+    unit, m = compared.channel.suffix, compared.metrics
+    correlations = {"autocorrelation": compared.autocorrelation, "input_correlation": compared.input_correlation}
     return {
         f"rms_{unit}": m.rms,
         f"rmse_printed_{unit}": m.rmse_printed,
@@ -254,9 +283,9 @@ def _stage_json(stage: Stage | None) -> dict[str, Any] | None:
         f"noise_floor_{unit}": m.noise,
         "rms_over_noise": m.over_noise,
         **{name: _plain(asdict(c) | {"outside": c.outside}) for name, c in correlations.items()},
-        "profiles": _plain({name: asdict(p) for name, p in stage.profiles.items()}),
-        "map": _plain(asdict(stage.map)),
-        "series": _plain({"measured": stage.measured, "modelled": stage.modelled, **asdict(stage.regime)}),
+        "profiles": _plain({name: asdict(p) for name, p in compared.profiles.items()}),
+        "map": _plain(asdict(compared.map)),
+        "series": _plain({"measured": compared.measured, "modelled": compared.modelled, **asdict(compared.conditions)}),
     }
 
 

@@ -21,13 +21,13 @@ HOLD_SHARE: Final = 0.05
 STILL_K_S: Final = 1e-3
 """So slow a change is a hold in any run."""
 STEPS: Final = 16
-"""Steps of the temperature range of which the stretch with most of the error is made."""
+"""Steps of the temperature range of which the interval with most of the error is made."""
 SIMPLER: Final = 0.75
 """A narrower description must need less than this part of the samples, or the simpler one stands."""
 
 
 @dataclass(frozen=True)
-class Regime:
+class OperatingConditions:
     """What the strip was doing at each time (n,), by the model's own noise-free temperature.
 
     power_w is held from sample to sample, cycle counts from 1 within the run.
@@ -41,10 +41,10 @@ class Regime:
     hold: Flags
     cycle: NDArray[np.intp]
 
-    def at(self, time_s: Floats) -> "Regime":
-        """The regime at other times (m,)."""
+    def at(self, time_s: Floats) -> "OperatingConditions":
+        """The operating conditions at other times (m,)."""
         index = np.clip(np.searchsorted(self.time_s, time_s + 1e-9, side="right") - 1, 0, self.time_s.size - 1)
-        return Regime(
+        return OperatingConditions(
             time_s=time_s,
             temperature_c=np.interp(time_s, self.time_s, self.temperature_c),
             rate_k_s=np.interp(time_s, self.time_s, self.rate_k_s),
@@ -55,12 +55,12 @@ class Regime:
         )
 
 
-def regime(time_s: Floats, temperature_k: Floats, power_w: Floats) -> Regime:
-    """The regime of a run from its temperature and power (n,)."""
+def operating_conditions(time_s: Floats, temperature_k: Floats, power_w: Floats) -> OperatingConditions:
+    """The operating conditions of a run from its temperature and power (n,)."""
     rate = np.gradient(temperature_k, time_s)
     branch, cycle = _turns(temperature_k)
     hold = np.abs(rate) <= max(STILL_K_S, HOLD_SHARE * float(np.max(np.abs(rate))))
-    return Regime(time_s, temperature_k - KELVIN, rate, power_w, branch > 0, hold, cycle)
+    return OperatingConditions(time_s, temperature_k - KELVIN, rate, power_w, branch > 0, hold, cycle)
 
 
 def _turns(temperature_k: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -83,7 +83,7 @@ def _turns(temperature_k: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 @dataclass(frozen=True)
 class Share:
-    """Share of the squared error and of the samples in one regime, and the rms of the residual there (NaN: nothing)."""
+    """Share of squared error and samples under a condition; rms of the residual there (NaN: no sample)."""
 
     error_share: float
     sample_share: float
@@ -91,7 +91,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class RegimeShare(Share):
+class ConditionShare(Share):
     """The share of a quarter of the temperature range (bounds in °C), a branch, and held or ramping."""
 
     branch: str
@@ -99,21 +99,21 @@ class RegimeShare(Share):
     upper_c: float
     held: bool
 
-    def among(self, regime: Regime) -> Flags:
+    def among(self, conditions: OperatingConditions) -> Flags:
         """Which times (n,) of a run belong to it."""
-        inside = (regime.temperature_c >= self.lower_c) & (regime.temperature_c <= self.upper_c)
-        return np.asarray(inside & (regime.heating == (self.branch == "heating")) & (regime.hold == self.held))
+        inside = (conditions.temperature_c >= self.lower_c) & (conditions.temperature_c <= self.upper_c)
+        return np.asarray(inside & (conditions.heating == (self.branch == "heating")) & (conditions.hold == self.held))
 
 
 def spans(time_s: Floats, here: Flags) -> list[tuple[float, float]]:
-    """First and last time [s] of each stretch of samples (n,) that are marked."""
+    """First and last time [s] of each interval of samples (n,) that are marked."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], here, [False]]).astype(np.int8)))
     return [(float(time_s[a]), float(time_s[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 @dataclass(frozen=True)
-class Stretch(Share):
-    """A stretch of the temperature (°C), on one branch or both (None), held, ramping or both (None)."""
+class Interval(Share):
+    """An interval of the temperature (°C), on one branch or both (None), held, ramping or both (None)."""
 
     branch: str | None
     held: bool | None
@@ -125,23 +125,23 @@ class Stretch(Share):
 class ErrorShares:
     """Where the squared error of one quantity sits, all runs together; the shares of each group add up to one.
 
-    regimes : quarter of the temperature range x branch x hold or ramp, coldest quarter first.
+    conditions : quarter of the temperature range x branch x hold or ramp, coldest quarter first.
     quarters, branches, holds, runs : the same error by one of them alone; keys as in a table.
     cycles : by run and by cycle within it.
-    most : the smallest stretch that holds at least half of the error.
+    most : the smallest interval that holds at least half of the error.
     """
 
-    regimes: tuple[RegimeShare, ...]
+    conditions: tuple[ConditionShare, ...]
     quarters: Mapping[str, Share]
     branches: Mapping[str, Share]
     holds: Mapping[str, Share]
     runs: Mapping[str, Share]
     cycles: Mapping[str, Mapping[int, Share]]
-    most: Stretch
+    most: Interval
 
 
-def error_shares(members: Sequence[tuple[str, Regime, Floats]]) -> ErrorShares:
-    """Shares over all members: name of a run, its regime (n,), its residual (n,)."""
+def error_shares(members: Sequence[tuple[str, OperatingConditions, Floats]]) -> ErrorShares:
+    """Shares over all members: name of a run, its operating conditions (n,), its residual (n,)."""
     temperature = np.concatenate([r.temperature_c for _, r, _ in members])
     heating = np.concatenate([r.heating for _, r, _ in members])
     hold = np.concatenate([r.hold for _, r, _ in members])
@@ -157,8 +157,8 @@ def error_shares(members: Sequence[tuple[str, Regime, Floats]]) -> ErrorShares:
         return part / total if total > 0.0 else 0.0, float(np.mean(here)), rms
 
     return ErrorShares(
-        regimes=tuple(
-            RegimeShare(
+        conditions=tuple(
+            ConditionShare(
                 *share((heating == (branch == "heating")) & (quarter == q) & (hold == held)),
                 branch,
                 float(edges[q]),
@@ -181,32 +181,50 @@ def error_shares(members: Sequence[tuple[str, Regime, Floats]]) -> ErrorShares:
     )
 
 
-def _most(temperature: Floats, heating: Flags, hold: Flags, squared: Floats) -> Stretch:
-    """The smallest stretch, by its samples, that holds at least half of the squared error.
+def _most(temperature: Floats, heating: Flags, hold: Flags, squared: Floats) -> Interval:
+    """The smallest interval, by its samples, that holds at least half of the squared error.
 
-    Tried from the simplest description (a range of temperatures) to the most particular (… on one branch, while held).
+    Tried from the simplest description (a range of temperatures) to the most particular (… on one branch, while held);
+    a more particular one must be smaller by SIMPLER.
     """
     edges = np.linspace(float(temperature.min()), float(temperature.max()), STEPS + 1)
     step = np.clip(np.searchsorted(edges, temperature, side="right") - 1, 0, STEPS - 1)
     total = float(np.sum(squared)) or 1.0
-    best: Stretch | None = None
+    best = Interval(0.0, 1.0, 0.0, None, None, float(edges[0]), float(edges[-1]))
+    found_any = False
     for branch, held, here in _descriptions(heating, hold):
-        error = np.concatenate([[0.0], np.cumsum(np.bincount(step[here], squared[here], STEPS))]) / total
-        count = np.concatenate([[0], np.cumsum(np.bincount(step[here], minlength=STEPS))])
-        enough = [
-            (count[j] - count[i], i, j)
-            for i in range(STEPS)
-            for j in range(i + 1, STEPS + 1)
-            if error[j] - error[i] >= 0.5
-        ]
-        if not enough:
+        error = np.asarray(np.bincount(step[here], weights=squared[here], minlength=STEPS), dtype=np.float64)
+        shortest = _shortest_half(error, np.bincount(step[here], minlength=STEPS), total)
+        if shortest is None:
             continue
-        n, i, j = min(enough)
-        if best is None or n < SIMPLER * best.sample_share * squared.size:
-            share = float(error[j] - error[i])
-            rms = float(np.sqrt(share * total / max(n, 1)))
-            best = Stretch(share, float(n / squared.size), rms, branch, held, float(edges[i]), float(edges[j]))
-    return best or Stretch(0.0, 1.0, 0.0, None, None, float(edges[0]), float(edges[-1]))
+        samples, share, begin, end = shortest
+        if not found_any or samples < SIMPLER * best.sample_share * squared.size:
+            rms = float(np.sqrt(share * total / max(samples, 1)))
+            lower, upper = float(edges[begin]), float(edges[end])
+            best = Interval(share, float(samples / squared.size), rms, branch, held, lower, upper)
+            found_any = True
+    return best
+
+
+def _shortest_half(error: Floats, count: NDArray[np.intp], total: float) -> tuple[int, float, int, int] | None:
+    """Of all runs of steps that hold half of the error, that with the fewest samples.
+
+    ``error`` (STEPS,) is the squared error in each step, ``count`` (STEPS,) its samples, ``total`` the squared error of
+    all data. Returns samples, share of the error, first step and step behind the last; None if all steps together hold
+    less than half.
+    """
+    error_before = np.concatenate([[0.0], np.cumsum(error)]) / total
+    count_before = np.concatenate([[0], np.cumsum(count)])
+    enough = [
+        (int(count_before[end] - count_before[begin]), begin, end)
+        for begin in range(STEPS)
+        for end in range(begin + 1, STEPS + 1)
+        if error_before[end] - error_before[begin] >= 0.5
+    ]
+    if not enough:
+        return None
+    samples, begin, end = min(enough)
+    return samples, float(error_before[end] - error_before[begin]), begin, end
 
 
 def _descriptions(heating: Flags, hold: Flags) -> Iterator[tuple[str | None, bool | None, Flags]]:

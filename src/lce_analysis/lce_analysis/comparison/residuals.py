@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
 
-from lce_analysis.comparison.conditions import BRANCHES, Regime
+from lce_analysis.comparison.conditions import BRANCHES, OperatingConditions
 
 Floats = NDArray[np.float64]
 
@@ -97,14 +97,14 @@ class ResidualMap:
     mean: Floats
 
 
-def residual_map(regime: Regime, residual: Floats, bins: int = 16) -> ResidualMap:
+def residual_map(conditions: OperatingConditions, residual: Floats, bins: int = 16) -> ResidualMap:
     """The residual (n,) over temperature, cycle and branch."""
-    edges = _edges(float(regime.temperature_c.min()), float(regime.temperature_c.max()), bins)
-    index = _bin(regime.temperature_c, edges)
+    edges = _edges(float(conditions.temperature_c.min()), float(conditions.temperature_c.max()), bins)
+    index = _bin(conditions.temperature_c, edges)
     rows, means = [], []
-    for cycle in np.unique(regime.cycle):
+    for cycle in np.unique(conditions.cycle):
         for branch in BRANCHES:
-            here = (regime.cycle == cycle) & (regime.heating == (branch == "heating"))
+            here = (conditions.cycle == cycle) & (conditions.heating == (branch == "heating"))
             if here.any():
                 rows.append((int(cycle), branch))
                 means.append(_means(index[here], residual[here], bins))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which physical effect is missing: the score test, refits, and what no effect explains."""
 
-from lce_analysis.diagnosis.addition import Addition, add
+from lce_analysis.diagnosis.addition import Addition, add_effect
 from lce_analysis.diagnosis.diagnosis import Diagnosis, diagnose
 
-__all__ = ["Addition", "Diagnosis", "add", "diagnose"]
+__all__ = ["Addition", "Diagnosis", "add_effect", "diagnose"]

@@ -8,8 +8,9 @@ from typing import Any
 from lce_analysis.diagnosis.diagnosis import errors
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.identification.result import FitResult
+from lce_analysis.options import DiagnoseOptions
 from lce_data.errors import LceError
-from lce_data.progress import Progress, silent
+from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import find, library
@@ -21,15 +22,15 @@ class Addition:
 
     model : with the effect, standard errors, and the record of the fit; ``model.fit["history"]`` is a table of the
     models tried, one mapping each, the oldest first.
-    predicted_fall, actual_fall : of the squared error in units of the noise, as fractions.
+    predicted_reduction, actual_reduction : of the squared error in units of the noise, as fractions.
     confirmed : do penalised likelihood and leave-one-run-out both want the effect?
     """
 
     effect: str
     before: Model
     model: Model
-    predicted_fall: float
-    actual_fall: float
+    predicted_reduction: float
+    actual_reduction: float
     confirmed: bool
 
     @property
@@ -37,24 +38,53 @@ class Addition:
         """What adding it did."""
         found = ", on runs left out too" if self.confirmed else "; chance gives as much, or it fails on runs left out"
         return (
-            f"With {self.effect} the squared error falls by {self.actual_fall:.1%} "
-            f"({self.predicted_fall:.1%} was predicted){found}."
+            f"With {self.effect} the squared error falls by {self.actual_reduction:.1%} "
+            f"({self.predicted_reduction:.1%} was predicted){found}."
         )
 
 
-def add(
-    model: Model, effect: str, runs: Sequence[Run], test_runs: Sequence[Run] = (), progress: Progress = silent
+def add_effect(
+    model: Model,
+    effect: str,
+    runs: Sequence[Run],
+    test_runs: Sequence[Run] = (),
+    options: DiagnoseOptions = DiagnoseOptions(),
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
 ) -> Addition:
-    """Add the effect, refit everything to all ``runs``, and keep the record; LceError where it is there already.
+    """Add an effect to a model, refit everything to all runs, and keep the record.
 
-    ``effect`` is a name of the library or the path of a file. It is added whether it helps or not: ``confirmed`` says
-    what the data think of it.
+    The effect is added whether it helps or not: ``Addition.confirmed`` says what the data say of it.
+
+    Parameters
+    ----------
+    model : to which it is added.
+    effect : a name of the library, or the path of an effect file.
+    runs, test_runs : learnt from, and held out.
+    options : when an effect counts as confirmed.
+    progress, cancel : hears of each step; a cancelled addition raises Cancelled.
+
+    Returns
+    -------
+    Addition
+        The model before and after, and the reduction of the error.
+
+    Raises
+    ------
+    LceError
+        If the model has the effect already, or the runs do not hold what the model needs.
+
+    Examples
+    --------
+    >>> import lce_analysis as lce
+    >>> found = lce.add_effect(model, "creep", runs, test_runs)  # doctest: +SKIP
+    >>> lce.save_model(found.model, "m2.yaml")  # doctest: +SKIP
     """
     chosen = find(effect)
     if chosen.reference in model.effects:
         raise LceError(f"the model has {chosen.name} already")
     others = [e for e in library().values() if e.name != chosen.name and e.reference not in model.effects]
-    search = Search(model, runs, [chosen, *others], progress)
+    search = Search(model, runs, [chosen, *others], options, watched(progress, cancel))
     confirmed = search.force(chosen)
     (step,) = search.steps
     result = FitResult.from_problem(search.problem, runs, search.problem.starts_k)
@@ -69,8 +99,8 @@ def add(
         effect=chosen.name,
         before=search.before,
         model=after.with_values(after.values, record),
-        predicted_fall=step.predicted_fall,
-        actual_fall=step.actual_fall,
+        predicted_reduction=step.predicted_reduction,
+        actual_reduction=step.actual_reduction,
         confirmed=confirmed,
     )
 

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.score_test import Score
-from lce_analysis.diagnosis.search import ALIAS_CORRELATION, Search, Step
+from lce_analysis.diagnosis.search import Search, Step
 from lce_analysis.diagnosis.structure import Dependence, dependences, in_words, unlike_noise
-from lce_analysis.prediction import CAMERA, DISTANCE, predict
-from lce_data.progress import Progress, silent
+from lce_analysis.options import DiagnoseOptions
+from lce_analysis.prediction import predict
+from lce_data.channels import SENSORS, Channel
+from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import Effect, library
@@ -63,8 +65,8 @@ class Diagnosis:
                 {
                     "added": s.added,
                     "set": list(s.alias_set),
-                    "predicted_fall": s.predicted_fall,
-                    "actual_fall": s.actual_fall,
+                    "predicted_fall": s.predicted_reduction,
+                    "actual_fall": s.actual_reduction,
                 }
                 for s in self.steps
             ],
@@ -76,7 +78,7 @@ class Diagnosis:
                     "p_value": s.p_value,
                     "visibility": s.visibility,
                     "expected_strength": s.expected_strength,
-                    "predicted_fall": s.predicted_fall,
+                    "predicted_fall": s.predicted_reduction,
                     "aliases": list(self.aliases[s.effect.name]),
                 }
                 for s in self.scores
@@ -93,26 +95,46 @@ def diagnose(
     runs: Sequence[Run],
     test_runs: Sequence[Run] = (),
     effects: Sequence[Effect] | None = None,
+    options: DiagnoseOptions = DiagnoseOptions(),
     progress: Progress = silent,
+    cancel: CancelToken | None = None,
 ) -> Diagnosis:
-    """Find the physical effect that ``model`` lacks to explain ``runs``.
+    """Find the physical effect that a model lacks to explain runs.
 
     Parameters
     ----------
-    model : identified from these or like runs (``lce fit``); it is refitted to all of them together.
+    model : identified from these or like runs (:func:`fit`); it is refitted to all of them together.
+    runs : what the model is to explain.
     test_runs : held out; only the errors before and after are computed on them.
-    effects : candidates, the library where None; those that the model already has are left out.
+    effects : candidates, the whole library if None; those that the model already has are left out.
+    options : when an effect counts as missing.
+    progress, cancel : hears of each step; a cancelled diagnosis raises Cancelled.
 
-    LceError where the runs do not hold what the model needs. A KeyboardInterrupt passes through.
+    Returns
+    -------
+    Diagnosis
+        Verdict, effects added, the score of every candidate, and the errors before and after.
+
+    Raises
+    ------
+    LceError
+        If the runs do not hold what the model needs.
+
+    Examples
+    --------
+    >>> import lce_analysis as lce
+    >>> found = lce.diagnose(model, runs, test_runs)  # doctest: +SKIP
+    >>> print(found.verdict, [step.added for step in found.steps])  # doctest: +SKIP
     """
     began = perf_counter()
     candidates = library().values() if effects is None else effects
-    search = Search(model, runs, [e for e in candidates if e.reference not in model.effects], progress)
+    missing = [e for e in candidates if e.reference not in model.effects]
+    search = Search(model, runs, missing, options, watched(progress, cancel))
     search.forward()
     search.backward()
-    left, floor = search.settled.table[-1], search.seen.noise
+    left, floor = search.fit.table[-1], search.seen.noise
     rest = dependences(search.problem, left)
-    fingerprint = in_words(rest, unlike_noise(search.problem, left, floor))
+    fingerprint = in_words(rest, unlike_noise(search.problem, left, floor, options), options)
     scores, before, after = search.first.scores, search.before, search.model()
     return Diagnosis(
         verdict=_verdict(bool(fingerprint), bool(search.steps), bool(search.doubtful)),
@@ -124,7 +146,7 @@ def diagnose(
             s.effect.name: tuple(
                 o.effect.name
                 for o in scores
-                if o is not s and search.first.collinearity(s, o.effect.name) >= ALIAS_CORRELATION
+                if o is not s and search.first.collinearity(s, o.effect.name) >= options.alias_correlation
             )
             for s in scores
         },
@@ -134,10 +156,7 @@ def diagnose(
             name: {"before": errors(before, members), "after": errors(after, members)}
             for name, members in (("train", runs), ("test", test_runs))
         },
-        noise_floor={
-            key: floor[column].rms if column in floor else None
-            for key, column in (("temperature_c", CAMERA), ("displacement_m", DISTANCE))
-        },
+        noise_floor={channel.column: floor[channel].rms if channel in floor else None for channel in SENSORS},
         runs=len(runs),
         seconds=perf_counter() - began,
     )
@@ -154,20 +173,16 @@ def _verdict(structured: bool, added: bool, doubtful: bool) -> Verdict:
 
 def errors(model: Model, runs: Sequence[Run]) -> Errors:
     """NRMSE over all the runs together; None where nothing was measured."""
-    found: dict[str, tuple[list[Floats], list[Floats]]] = {
-        "temperature_nrmse": ([], []),
-        "displacement_nrmse": ([], []),
-    }
+    modelled: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
+    measured: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     for run in runs:
-        prediction = predict(model, run)
-        for key, series, modelled in (
-            ("temperature_nrmse", run.temperature, prediction.temperature_at_samples_k),
-            ("displacement_nrmse", run.displacement, prediction.displacement_at_samples_m),
-        ):
-            if series is not None and modelled is not None:
-                found[key][0].append(modelled)
-                found[key][1].append(series.value)
-    return {key: nrmse(np.concatenate(a), np.concatenate(b)) if a else None for key, (a, b) in found.items()}
+        for channel, values in predict(model, run).at_samples.items():
+            modelled[channel].append(values)
+            measured[channel].append(run.series[channel].value)
+    return {
+        f"{channel.name}_nrmse": nrmse(np.concatenate(values), np.concatenate(measured[channel])) if values else None
+        for channel, values in modelled.items()
+    }
 
 
 def _in_words(found: Diagnosis) -> list[str]:
@@ -191,8 +206,8 @@ def _in_words(found: Diagnosis) -> list[str]:
 
 def _step_in_words(step: Step) -> str:
     name, *others = step.alias_set
-    told = f"{name} is missing: with it the squared error falls by {step.actual_fall:.0%}"
-    told += f" ({step.predicted_fall:.0%} was predicted before the refit)."
+    told = f"{name} is missing: with it the squared error falls by {step.actual_reduction:.0%}"
+    told += f" ({step.predicted_reduction:.0%} was predicted before the refit)."
     if others:
         told += f" These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
     return told

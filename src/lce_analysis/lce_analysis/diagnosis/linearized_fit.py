@@ -12,22 +12,25 @@ from lce_analysis.diagnosis.projection import project
 from lce_analysis.diagnosis.whitening import Noise, autoregressive
 from lce_analysis.identification.least_squares import levenberg_marquardt
 from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_data.channels import Channel
 from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
 
-FAR: Final = 0.5
-"""Of a variable, which spans its bounds in π."""
+MAX_STEP: Final = 0.5
+"""Longest step of a variable that the linearisation is believed; a variable spans its bounds in π."""
 
 
-def in_noise(observed: Sequence[ObservedSeries], noise: Mapping[int, Noise]) -> tuple[ObservedSeries, ...]:
+def in_noise(observed: Sequence[ObservedSeries], noise: Mapping[Channel, Noise]) -> tuple[ObservedSeries, ...]:
     """The observed in units of their sensor's noise, not whitened."""
-    return tuple(replace(b, weight=1.0 / noise[b.column].rms, whitening=np.ones(1)) for b in observed)
+    return tuple(replace(b, weight=1.0 / noise[b.channel].rms, whitening=np.ones(1)) for b in observed)
 
 
-def whitened(observed: Sequence[ObservedSeries], noise: Mapping[int, Noise]) -> tuple[ObservedSeries, ...]:
+def whitened(observed: Sequence[ObservedSeries], noise: Mapping[Channel, Noise]) -> tuple[ObservedSeries, ...]:
     """The observed in units of the innovations of their sensor's noise."""
-    return tuple(replace(b, weight=1.0 / noise[b.column].sigma, whitening=noise[b.column].whitening) for b in observed)
+    return tuple(
+        replace(b, weight=1.0 / noise[b.channel].sigma, whitening=noise[b.channel].whitening) for b in observed
+    )
 
 
 def raw(observed: Sequence[ObservedSeries]) -> tuple[ObservedSeries, ...]:
@@ -46,15 +49,15 @@ def gram(table: Floats, observed: Sequence[ObservedSeries], runs: int) -> Floats
     return found
 
 
-def noise_of(residual: Floats, observed: Sequence[ObservedSeries]) -> dict[int, Noise]:
+def noise_of(residual: Floats, observed: Sequence[ObservedSeries]) -> dict[Channel, Noise]:
     """Noise of each sensor from a raw residual (N,)."""
-    parts: dict[int, list[Floats]] = {}
+    parts: dict[Channel, list[Floats]] = {}
     end = 0
     for b in observed:
         begin, end = end, end + b.measured.size
         part = residual[begin:end]
-        parts.setdefault(b.column, []).append(part if b.keep is None else part[b.keep > 0.0])
-    return {column: autoregressive(members) for column, members in parts.items()}
+        parts.setdefault(b.channel, []).append(part if b.keep is None else part[b.keep > 0.0])
+    return {channel: autoregressive(members) for channel, members in parts.items()}
 
 
 @dataclass(frozen=True)
@@ -72,48 +75,55 @@ class LinearizedFit:
         """Number of free variables: parameters and start temperatures."""
         return len(self.problem.free) + len(self.problem.free_starts)
 
-    def plain_error(self, noise: Mapping[int, Noise]) -> float:
+    def plain_error(self, noise: Mapping[Channel, Noise]) -> float:
         """Squared residual in units of the sensors' noise."""
         return float(gram(self.table[-1:], in_noise(self.problem.observed, noise), self._runs).sum())
 
-    def error(self, noise: Mapping[int, Noise]) -> float:
+    def error(self, noise: Mapping[Channel, Noise]) -> float:
         """Squared whitened residual that the free variables, linearised, cannot lower any further."""
         return project(self._gram(noise).sum(axis=0), self.free).error
 
-    def noise(self, start: Mapping[int, Noise]) -> dict[int, Noise]:
+    def noise(self, start: Mapping[Channel, Noise]) -> dict[Channel, Noise]:
         """Noise of each sensor, from what the free variables leave."""
         solved = project(self._gram(start).sum(axis=0), self.free).solve[:, -1]
         return noise_of(self.table[-1] - solved @ self.table[:-1], self.problem.observed)
 
-    def held_out(self, noise: Mapping[int, Noise]) -> Floats:
-        """Squared whitened error (runs,) of each run at the parameters that the others give.
+    def held_out(self, noise: Mapping[Channel, Noise]) -> Floats:
+        """Squared whitened error (runs,) of each run at the parameters that the other runs give.
 
         The parameters without a run are one Gauss–Newton step from those with it; the run is then simulated with them.
-        A variable that the step would carry out of reach of the linearisation, as one at its bound, stays where it is.
+        Two kinds of variables are frozen in that step: those that it would carry out of reach of the linearisation, as
+        one at its bound, and the start temperatures, which belong to the run itself.
         """
         white = replace(self.problem, observed=whitened(self.problem.observed, noise))
         products = self._gram(noise)
         total, variables = products.sum(axis=0), white.first()
         errors = np.zeros(self._runs)
         for i in range(self._runs):
-            others = total - products[i]
-            near = np.append(np.abs(project(others, self.free).solve[:, -1]) < FAR, True)
-            step = project(others * np.outer(near, near), self.free).solve[:, -1]
-            step[len(white.free) :] = 0.0  # the start temperature is the run's own
-            residual = white.residuals_of(i, variables + np.clip(step, -FAR, FAR))
+            step = self._gauss_newton_step(total - products[i])
+            step[len(white.free) :] = 0.0
+            residual = white.residuals_of(i, variables + np.clip(step, -MAX_STEP, MAX_STEP))
             errors[i] = float(residual @ residual)
         return errors
+
+    def _gauss_newton_step(self, products: Floats) -> Floats:
+        """From here to the least squares of some runs (free,), the variables frozen that would go too far.
+
+        ``products`` (free + 1,)² are the inner products of those runs.
+        """
+        within_reach = np.append(np.abs(project(products, self.free).solve[:, -1]) < MAX_STEP, True)
+        return np.array(project(products * np.outer(within_reach, within_reach), self.free).solve[:, -1])
 
     @property
     def _runs(self) -> int:
         return len(self.problem.inputs)
 
-    def _gram(self, noise: Mapping[int, Noise]) -> Floats:
+    def _gram(self, noise: Mapping[Channel, Noise]) -> Floats:
         return gram(self.table, whitened(self.problem.observed, noise), self._runs)
 
 
-def settle(
-    problem: Problem, noise: Mapping[int, Noise], label: str, progress: Progress, iterations: int
+def refit(
+    problem: Problem, noise: Mapping[Channel, Noise], label: str, progress: Progress, iterations: int
 ) -> LinearizedFit:
     """The problem at its plain least squares, each sensor in units of its noise; KeyboardInterrupt passes through.
 

@@ -5,7 +5,7 @@ With whitened residuals r = W(y - f), Jacobian J = W ∂f/∂θ of the free para
 strength β, and M = I - J(JᵀJ)⁻¹Jᵀ, which projects the free parameters out (Rao's score, or Lagrange multiplier, test):
 
 - evidence LM = (gᵀMr)² / (s² gᵀMg), χ² with one degree of freedom where the effect is absent;
-- expected strength β̂ = gᵀMr / gᵀMg, and s² LM the fall of the squared error that it predicts;
+- expected strength β̂ = gᵀMr / gᵀMg, and s² LM the reduction of the squared error that it predicts;
 - visibility gᵀMg / gᵀg: near 0 the free parameters mask the effect;
 - aliasing ρ_jk = g_jᵀMg_k / √(g_jᵀMg_j g_kᵀMg_k): near ±1 two effects look alike in these data.
 """
@@ -47,11 +47,11 @@ class Projection:
         return np.asarray(np.where(norm > 0.0, self.after[:-1, -1] / np.where(norm > 0.0, norm, 1.0), 0.0))
 
     @property
-    def fall(self) -> Floats:
-        """Predicted fall (k,) of the squared error, each direction alone."""
+    def reduction(self) -> Floats:
+        """Predicted reduction (k,) of the squared error, each direction alone."""
         return np.asarray(self.strength * self.after[:-1, -1])
 
-    def fall_at(self, j: int, strength: float) -> float:
+    def reduction_at(self, j: int, strength: float) -> float:
         """The same for direction ``j`` at another strength."""
         return float(strength * (2.0 * self.after[j, -1] - strength * self.after[j, j]))
 

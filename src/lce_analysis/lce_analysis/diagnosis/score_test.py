@@ -2,7 +2,7 @@
 """What the data say of every candidate effect at once, linearised at the present model."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gram, in_noise, noise_of, raw, whitened
 from lce_analysis.diagnosis.projection import Projection, p_value, project
 from lce_analysis.diagnosis.whitening import Noise
+from lce_data.channels import Channel
 from lce_model import Model
 from lce_model.effects import Effect
 
@@ -51,7 +52,7 @@ def directions(effect: Effect) -> list[Direction]:
 class Score:
     """The score test of one effect, at the direction that explains most.
 
-    detectable : smallest strength, beyond the null value, whose evidence would reach ``bar`` of the examination.
+    detectable : smallest strength, beyond the null value, whose evidence would reach the critical value.
     """
 
     effect: Effect
@@ -62,7 +63,7 @@ class Score:
     visibility: float
     expected_strength: float
     detectable: float
-    predicted_fall: float
+    predicted_reduction: float
 
     @property
     def shown(self) -> bool:
@@ -73,51 +74,49 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoreTestResult:
-    """Every candidate beside a settled model, whose full model holds all of them at their null values.
+    """Every candidate beside a refitted model, whose full model holds all of them at their null values.
 
     white, plain : free parameters projected out of the directions, whitened by ``noise`` and in units of it.
     s2 : variance of the whitened residual that all directions together leave.
-    bar : evidence from which chance is ruled out.
+    critical_value : evidence from which chance is ruled out.
     """
 
-    settled: LinearizedFit
+    fit: LinearizedFit
     directions: tuple[Direction, ...]
-    noise: Mapping[int, Noise]
+    noise: Mapping[Channel, Noise]
     white: Projection
     plain: Projection
     s2: float
-    bar: float
+    critical_value: float
 
     @cached_property
     def scores(self) -> list[Score]:
         """One per effect, strongest evidence first."""
-        best: dict[str, Score] = {}
-        for j in range(len(self.directions)):
-            score = self._score(j)
-            before = best.get(score.effect.name)
-            if before is None or score.evidence > before.evidence:
-                best[score.effect.name] = score
-        return sorted(best.values(), key=lambda s: -s.evidence)
+        return self._best_first(lambda score: score.evidence)
 
     @cached_property
-    def by_fall(self) -> list[Score]:
-        """One per effect, the largest predicted fall of the plain error first."""
+    def by_reduction(self) -> list[Score]:
+        """One per effect, the largest predicted reduction of the plain error first."""
+        return self._best_first(lambda score: score.predicted_reduction)
+
+    def _best_first(self, measure: Callable[[Score], float]) -> list[Score]:
+        """The best direction of each effect by a measure, the best effect first."""
         best: dict[str, Score] = {}
         for j in range(len(self.directions)):
             score = self._score(j)
             before = best.get(score.effect.name)
-            if before is None or score.predicted_fall > before.predicted_fall:
+            if before is None or measure(score) > measure(before):
                 best[score.effect.name] = score
-        return sorted(best.values(), key=lambda s: -s.predicted_fall)
+        return sorted(best.values(), key=lambda score: -measure(score))
 
     def _score(self, j: int) -> Score:
         d = self.directions[j]
         effect, spec = d.effect, d.effect.parameter(d.effect.strength)
         low, high = spec.lower - effect.null, spec.upper - effect.null
         change = float(np.clip(self.white.strength[j], low, high))
-        evidence = max(0.0, self.white.fall_at(j, change) / self.s2)
+        evidence = max(0.0, self.white.reduction_at(j, change) / self.s2)
         count = sum(other.effect is effect for other in self.directions)
-        fall = self.plain.fall_at(j, float(np.clip(self.plain.strength[j], low, high)))
+        reduction = self.plain.reduction_at(j, float(np.clip(self.plain.strength[j], low, high)))
         return Score(
             effect=effect,
             direction=d,
@@ -126,8 +125,10 @@ class ScoreTestResult:
             p_value=p_value(evidence, effect.one_sided, count),
             visibility=float(self.white.visibility[j]),
             expected_strength=effect.null + change,
-            detectable=float(np.sqrt(self.bar * self.s2 / norm)) if (norm := self.white.after[j, j]) > 0.0 else np.inf,
-            predicted_fall=max(0.0, fall / self.plain.error),
+            detectable=float(np.sqrt(self.critical_value * self.s2 / norm))
+            if (norm := self.white.after[j, j]) > 0.0
+            else np.inf,
+            predicted_reduction=max(0.0, reduction / self.plain.error),
         )
 
     def collinearity(self, score: Score, name: str) -> float:
@@ -137,19 +138,23 @@ class ScoreTestResult:
 
 
 def score_test(
-    settled: LinearizedFit, effects: Sequence[Effect], noise: Mapping[int, Noise], estimate: bool, bar: float = 0.0
+    fit: LinearizedFit,
+    effects: Sequence[Effect],
+    noise: Mapping[Channel, Noise],
+    estimate: bool,
+    critical_value: float = 0.0,
 ) -> ScoreTestResult:
-    """Linearise the settled model over the strength of every effect.
+    """Linearise the refitted model over the strength of every effect.
 
-    ``settled.problem.model`` holds all the effects, at their null values. With ``estimate`` the noise given is only a
+    ``fit.problem.model`` holds all the effects, at their null values. With ``estimate`` the noise given is only a
     first guess, and that of the richest fit replaces it: of what no combination of the effects explains.
     """
-    problem = settled.problem
+    problem = fit.problem
     columns = tuple(d for effect in effects for d in directions(effect))
     bare = replace(problem, observed=raw(problem.observed))
     response = bare.response(np.array([problem.model.vector, *(d.row(problem.model) for d in columns)]))
     slopes = (response[1:] - response[0]) / np.array([[d.step_size] for d in columns])
-    table = np.vstack([settled.table[:-1], np.where(np.isfinite(slopes), slopes, 0.0), settled.table[-1:]])
+    table = np.vstack([fit.table[:-1], np.where(np.isfinite(slopes), slopes, 0.0), fit.table[-1:]])
     runs = len(problem.inputs)
     for _ in range(2 if estimate else 0):
         total = gram(table, whitened(problem.observed, noise), runs).sum(axis=0)
@@ -159,11 +164,11 @@ def score_test(
     plain = gram(table, in_noise(problem.observed, noise), runs).sum(axis=0)
     size = sum(b.size for b in whitened(problem.observed, noise))
     return ScoreTestResult(
-        settled=settled,
+        fit=fit,
         directions=columns,
         noise=noise,
-        white=project(white, settled.free),
-        plain=project(plain, settled.free),
+        white=project(white, fit.free),
+        plain=project(plain, fit.free),
         s2=project(white, table.shape[0] - 1).error / size,
-        bar=bar,
+        critical_value=critical_value,
     )

@@ -9,21 +9,22 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, in_noise, settle
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, in_noise, refit
 from lce_analysis.diagnosis.score_test import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.whitening import Noise
-from lce_analysis.identification.discontinuities import without_jumps
+from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, observed_series, start_conditions
-from lce_analysis.prediction import CAMERA, DISTANCE, simulation_input
+from lce_analysis.options import DiagnoseOptions
+from lce_analysis.prediction import simulation_input
+from lce_data.channels import SENSORS, Channel
 from lce_data.errors import LceError
-from lce_data.noise import noise_floor
+from lce_data.noise import sensor_noise
 from lce_data.progress import Progress
 from lce_data.run import Run
 from lce_model import Model
@@ -31,32 +32,16 @@ from lce_model.effects import Effect
 
 Floats = NDArray[np.float64]
 
-FALSE_ALARM: Final = 0.05
-"""Chance of a false addition to a complete model, over the whole library."""
-REFITTED: Final = 3
-"""Candidates that are refitted in each step: so many by evidence, and so many by the fall that they promise."""
-ALIAS_CORRELATION: Final = 0.95
-"""|ρ| from which two effects are reported as a set."""
-MIN_LIKELIHOOD_RATIO: Final = 20.0
-"""Likelihood ratio below which two refitted effects are reported as a set."""
-VISIBLE: Final = 1e-4
-"""Visibility below which an effect that the data ask for is not named: a small error of the base model's own form
-would do as well."""
-MOST: Final = 4
-"""Effects that are added at most."""
-ITERATIONS: Final = 60
-"""Of a refit, at most. An effect that the free parameters nearly mask takes some thirty."""
-
 
 @dataclass(frozen=True)
 class Refit:
     """The model refitted with one more effect.
 
-    gain : fall of the squared whitened error; held_out : the same with each run predicted from the others.
+    gain : reduction of the squared whitened error; held_out : the same with each run predicted from the others.
     """
 
     score: Score
-    settled: LinearizedFit
+    fit: LinearizedFit
     gain: float
     held_out: float
 
@@ -68,12 +53,12 @@ class Refit:
 
 @dataclass(frozen=True)
 class Step:
-    """One effect accepted: with which it may be confused, and the fall of the error predicted and found."""
+    """One effect accepted: with which it may be confused, and the reduction of the error predicted and found."""
 
     added: str
     alias_set: tuple[str, ...]
-    predicted_fall: float
-    actual_fall: float
+    predicted_reduction: float
+    actual_reduction: float
 
 
 def free_parameters(effect: Effect) -> int:
@@ -81,18 +66,18 @@ def free_parameters(effect: Effect) -> int:
     return sum(not p.fixed for p in effect.parameters)
 
 
-def price(effect: Effect, library: int) -> float:
-    """Fall of the squared whitened error (-2 ln L) that the effect must buy: 2 n ln(n_library/p)."""
-    return 2.0 * free_parameters(effect) * math.log(library / FALSE_ALARM)
+def penalty(effect: Effect, library: int, false_alarm: float) -> float:
+    """Reduction of the squared whitened error (-2 ln L) that the effect must exceed: 2 n ln(n_library/p)."""
+    return 2.0 * free_parameters(effect) * math.log(library / false_alarm)
 
 
-def freed(problem: Problem, effect: Effect) -> Problem:
+def with_effect(problem: Problem, effect: Effect) -> Problem:
     """The problem with the parameters of the effect among the free ones."""
     extra = [i for i, v in enumerate(problem.model.values) if v.term == effect.name and not v.parameter.fixed]
     return replace(problem, free=tuple(sorted({*problem.free, *extra})))
 
 
-def closed(problem: Problem, effect: Effect) -> Problem:
+def without_effect(problem: Problem, effect: Effect) -> Problem:
     """The problem with the effect at its null value and its parameters fixed at their defaults."""
     own = {i for i, v in enumerate(problem.model.values) if v.term == effect.name}
     model = problem.model.set({f"{effect.name}.{p.name}": p.default for p in effect.parameters})
@@ -101,7 +86,7 @@ def closed(problem: Problem, effect: Effect) -> Problem:
 
 def first_step(seen: ScoreTestResult, score: Score) -> Problem:
     """The full model moved to where the linearisation wants it, as far as that helps; one simulation each."""
-    base, plain = seen.settled.problem, seen.plain
+    base, plain = seen.fit.problem, seen.plain
     base = replace(base, observed=in_noise(base.observed, seen.noise))
     z, effect = base.first(), score.effect
     spec = effect.parameter(effect.strength)
@@ -122,42 +107,50 @@ def first_step(seen: ScoreTestResult, score: Score) -> Problem:
 class Search:
     """The present model within the full one, and what has been accepted so far."""
 
-    def __init__(self, model: Model, runs: Sequence[Run], candidates: Sequence[Effect], progress: Progress) -> None:
-        self.progress, self.candidates = progress, list(candidates)
+    def __init__(
+        self,
+        model: Model,
+        runs: Sequence[Run],
+        candidates: Sequence[Effect],
+        options: DiagnoseOptions,
+        progress: Progress,
+    ) -> None:
+        self.options, self.progress, self.candidates = options, progress, list(candidates)
         self.steps: list[Step] = []
         self.doubtful: list[str] = []
         problem = _problem(model, runs, self.candidates)
-        problem = without_jumps(self._as_it_is(problem, _misfit(problem)).problem)
-        self.settled = self._as_it_is(problem, _misfit(problem))
-        self.seen = self._look(_misfit(self.settled.problem))
+        problem = without_discontinuities(self._refit_present(problem, _misfit(problem)).problem)
+        self.fit = self._refit_present(problem, _misfit(problem))
+        self.seen = self._examine(_misfit(self.fit.problem))
         self.first, self.before = self.seen, self.model()
 
     @property
     def problem(self) -> Problem:
         """The present model beside the data, at its least squares."""
-        return self.settled.problem
+        return self.fit.problem
 
     def forward(self) -> None:
         """Add effects until nothing passes."""
-        while len(self.steps) < MOST and self._add_best():
-            self.seen = self._look(self.seen.noise)
+        while len(self.steps) < self.options.max_effects and self._add_best():
+            self.seen = self._examine(self.seen.noise)
 
     def force(self, effect: Effect) -> bool:
-        """Add this effect whatever the data think of it, and say what they think."""
-        score = next(s for s in self.seen.by_fall if s.effect.name == effect.name)
-        (refit,) = self._refits([score])
-        self._accept(refit, [refit])
-        return self._passes(refit)
+        """Add this effect whatever the data say of it; True if they confirm it."""
+        score = next(s for s in self.seen.by_reduction if s.effect.name == effect.name)
+        (found,) = self._refits([score])
+        self._accept(found, [found])
+        return self._passes(found)
 
     def backward(self) -> None:
         """Take out what later additions have made superfluous."""
+        noise = self.seen.noise
         for step in self.steps[:-1]:
             effect = next(e for e in self.candidates if e.name == step.added)
             label = f"without {effect.name}"
-            without = settle(closed(self.problem, effect), self.seen.noise, label, self.progress, ITERATIONS)
-            if without.error(self.seen.noise) - self.settled.error(self.seen.noise) < self._price(effect):
+            without = refit(without_effect(self.problem, effect), noise, label, self.progress, self.options.iterations)
+            if without.error(noise) - self.fit.error(noise) < self._penalty(effect):
                 self.steps.remove(step)
-                self.settled = without
+                self.fit = without
 
     def model(self) -> Model:
         """The present model without the effects that were not accepted."""
@@ -168,93 +161,103 @@ class Search:
         added = {s.added for s in self.steps}
         return [e for e in self.candidates if e.name not in added]
 
-    def _look(self, noise: Mapping[int, Noise]) -> ScoreTestResult:
-        """Examine with the noise of the richest fit, settle in units of it, and score_test again."""
+    def _examine(self, noise: Mapping[Channel, Noise]) -> ScoreTestResult:
+        """Test with the noise of the richest fit, refit in units of it, and test again."""
         label = "every effect at once"
         self.progress(label, 0, 2, float("nan"))
-        noise = score_test(self.settled, self.remaining(), noise, estimate=True).noise
-        self.settled = self._as_it_is(self.problem, noise)
+        noise = score_test(self.fit, self.remaining(), noise, estimate=True).noise
+        self.fit = self._refit_present(self.problem, noise)
         self.progress(label, 1, 2, float("nan"))
-        bar = 2.0 * math.log(len(self.candidates) / FALSE_ALARM)
-        return score_test(self.settled, self.remaining(), noise, estimate=True, bar=bar)
+        critical_value = 2.0 * math.log(len(self.candidates) / self.options.false_alarm)
+        return score_test(self.fit, self.remaining(), noise, estimate=True, critical_value=critical_value)
 
     def _stripped(self, model: Model) -> Model:
         for effect in self.remaining():
             model = model.without(effect.reference)
         return model
 
-    def _as_it_is(self, problem: Problem, noise: Mapping[int, Noise]) -> LinearizedFit:
+    def _refit_present(self, problem: Problem, noise: Mapping[Channel, Noise]) -> LinearizedFit:
         """Least squares without any further effect, in the smaller model, which is several times faster."""
         small = self._stripped(problem.model)
         free = tuple(small.index(problem.model.values[i].key) for i in problem.free)
-        found = settle(replace(problem, model=small, free=free), noise, "the model as it is", self.progress, ITERATIONS)
+        alone = replace(problem, model=small, free=free)
+        found = refit(alone, noise, "the model as it is", self.progress, self.options.iterations)
         whole = problem.model.set({v.key: v.value for v in found.problem.model.values})
         return replace(found, problem=replace(found.problem, model=whole, free=problem.free))
 
-    def _price(self, effect: Effect) -> float:
-        return price(effect, len(self.candidates))
+    def _penalty(self, effect: Effect) -> float:
+        return penalty(effect, len(self.candidates), self.options.false_alarm)
 
     def _add_best(self) -> bool:
-        likely = [*self.seen.scores[:REFITTED], *self.seen.by_fall[:REFITTED]]
-        chosen = {s.effect.name: s for s in reversed(likely) if s.evidence > 0.0 or s.predicted_fall > 0.0}
+        most = self.options.refitted
+        likely = [*self.seen.scores[:most], *self.seen.by_reduction[:most]]
+        chosen = {s.effect.name: s for s in reversed(likely) if s.evidence > 0.0 or s.predicted_reduction > 0.0}
         refits = self._refits(list(chosen.values()))
         for best in refits:
-            if self._passes(best) and best.score.visibility >= VISIBLE:
+            if self._passes(best) and best.score.visibility >= self.options.min_visibility:
                 self._accept(best, refits)
                 return True
-            if best.gain > self._price(best.effect):
+            if best.gain > self._penalty(best.effect):
                 self.doubtful.append(best.effect.name)
         return False
 
     def _refits(self, scores: Sequence[Score]) -> list[Refit]:
-        """Least squares of everything with each candidate, the likeliest first.
-
-        All are judged by the noise that the best of them leaves, where that is less than in the richest linear fit.
-        """
-        noise = self.seen.noise
-        starts = [(f"with {s.effect.name}", freed(first_step(self.seen, s), s.effect)) for s in scores]
-        tasks = [partial(settle, start, noise, label, iterations=ITERATIONS) for label, start in starts]
-        settled = list(each(tasks, "refits", self.progress))
-        if not settled:
+        """Least squares of everything with each candidate, judged by one noise, the likeliest first."""
+        fits = self._refitted(scores)
+        if not fits:
             return []
-        left = min(settled, key=lambda s: s.plain_error(noise)).noise(noise)
-        noise = {c: min(left[c], noise[c], key=lambda n: n.rms) for c in noise}
-        error, held_out = self.settled.error(noise), float(self.settled.held_out(noise).sum())
+        noise = self._least_noise(fits)
+        error, held_out = self.fit.error(noise), float(self.fit.held_out(noise).sum())
         refits = [
-            Refit(score, s, error - s.error(noise), held_out - float(s.held_out(noise).sum()))
-            for score, s in zip(scores, settled, strict=True)
+            Refit(score, fit, error - fit.error(noise), held_out - float(fit.held_out(noise).sum()))
+            for score, fit in zip(scores, fits, strict=True)
         ]
-        return sorted(refits, key=lambda r: self._price(r.effect) - r.gain)
+        return sorted(refits, key=lambda r: self._penalty(r.effect) - r.gain)
 
-    def _passes(self, refit: Refit) -> bool:
-        return refit.gain > self._price(refit.effect) and refit.held_out > 0.0
+    def _refitted(self, scores: Sequence[Score]) -> list[LinearizedFit]:
+        """The model refitted with each candidate alone."""
+        starts = [(f"with {s.effect.name}", with_effect(first_step(self.seen, s), s.effect)) for s in scores]
+        tasks = [
+            partial(refit, start, self.seen.noise, label, iterations=self.options.iterations) for label, start in starts
+        ]
+        return list(each(tasks, "refits", self.progress))
+
+    def _least_noise(self, fits: Sequence[LinearizedFit]) -> dict[Channel, Noise]:
+        """Of each channel the noise that the best refit leaves, or that of the richest linear fit if it is less."""
+        noise = self.seen.noise
+        left = min(fits, key=lambda fit: fit.plain_error(noise)).noise(noise)
+        return {channel: min(left[channel], noise[channel], key=lambda n: n.rms) for channel in noise}
+
+    def _passes(self, found: Refit) -> bool:
+        return found.gain > self._penalty(found.effect) and found.held_out > 0.0
 
     def _accept(self, best: Refit, refits: Sequence[Refit]) -> None:
-        noise, settled = self.seen.noise, best.settled
-        fall = 1.0 - settled.plain_error(noise) / self.settled.plain_error(noise)
+        noise = self.seen.noise
+        reduction = 1.0 - best.fit.plain_error(noise) / self.fit.plain_error(noise)
         alias_set = self._alias_set(best, refits)
-        self.steps.append(Step(best.effect.name, alias_set, best.score.predicted_fall, fall))
-        self.settled = settled
+        self.steps.append(Step(best.effect.name, alias_set, best.score.predicted_reduction, reduction))
+        self.fit = best.fit
 
     def _alias_set(self, best: Refit, refits: Sequence[Refit]) -> tuple[str, ...]:
-        """The effects that explain the same: refitted nearly as well, or alike in direction and never refitted.
+        """The effects that explain the same: refitted nearly as well, or collinear and never refitted.
 
-        Alike in direction is not enough where the bounds of the other's strength leave it less than half of the fall.
+        Collinear is not enough if the bounds of the other's strength leave it less than half of the evidence.
         """
 
         def penalised(r: Refit) -> float:
-            return self._price(r.effect) - r.gain
+            return self._penalty(r.effect) - r.gain
 
-        close = [r.effect.name for r in refits if penalised(r) - penalised(best) < 2.0 * math.log(MIN_LIKELIHOOD_RATIO)]
+        threshold = 2.0 * math.log(self.options.min_likelihood_ratio)
+        close = [r.effect.name for r in refits if penalised(r) - penalised(best) < threshold]
         refitted = {r.effect.name for r in refits}
-        alike = [
+        collinear = [
             s.effect.name
             for s in self.seen.scores
             if s.effect.name not in refitted
             and s.evidence > 0.5 * best.score.evidence
-            and self.seen.collinearity(best.score, s.effect.name) >= ALIAS_CORRELATION
+            and self.seen.collinearity(best.score, s.effect.name) >= self.options.alias_correlation
         ]
-        return tuple(dict.fromkeys([best.effect.name, *close, *alike]))
+        return tuple(dict.fromkeys([best.effect.name, *close, *collinear]))
 
 
 def _problem(model: Model, runs: Sequence[Run], candidates: Sequence[Effect]) -> Problem:
@@ -268,18 +271,12 @@ def _problem(model: Model, runs: Sequence[Run], candidates: Sequence[Effect]) ->
         whole = whole.add(effect.reference)
     free = tuple(whole.index(v.key) for v in model.values if not v.fixed)
     starts = np.array([i.start_k if np.isfinite(i.start_k) else model["ambient.t_env"] for i in inputs])
-    observed = observed_series(inputs, _sigma(runs, CAMERA), _sigma(runs, DISTANCE))
+    observed = observed_series(inputs, sensor_noise(runs, SENSORS))
     return Problem(whole, inputs, free, starts, observed, *start_conditions(inputs, model))
 
 
-def _sigma(runs: Sequence[Run], column: int) -> float | None:
-    series = [r.temperature if column == CAMERA else r.displacement for r in runs]
-    floors = [noise_floor(s) for s in series if s is not None]
-    return float(np.sqrt(np.mean(np.square(floors)))) if floors else None
-
-
-def _misfit(problem: Problem) -> dict[int, Noise]:
+def _misfit(problem: Problem) -> dict[Channel, Noise]:
     """What the model leaves of each sensor, as if it were white noise: it balances the two before more is known."""
     first = problem.first()
-    sigma = {c: problem.series_rms(first, c) for c in {b.column for b in problem.observed}}
-    return {column: Noise(np.empty(0), s, s) for column, s in sigma.items()}
+    sigma = {c: problem.series_rms(first, c) for c in dict.fromkeys(b.channel for b in problem.observed)}
+    return {channel: Noise(np.empty(0), s, s) for channel, s in sigma.items()}

@@ -17,21 +17,15 @@ from numpy.typing import NDArray
 from lce_analysis.diagnosis.linearized_fit import whitened
 from lce_analysis.diagnosis.whitening import Noise
 from lce_analysis.identification.problem import Problem
-from lce_analysis.prediction import CAMERA, DIRECTION, DISPLACEMENT, DISTANCE, TEMPERATURE, measured_drive
+from lce_analysis.options import DiagnoseOptions
+from lce_analysis.prediction import STATE, measured_drive
+from lce_data.channels import TEMPERATURE, Channel
 from lce_data.noise import noise_floor
-from lce_data.run import Run, Series
 
 Floats = NDArray[np.float64]
 
-NAMES: Final = {CAMERA: "temperature", DISTANCE: "displacement"}
 KNOTS: Final = 9
-STRUCTURED: Final = 0.15
-"""Share of the residual's variance, predicted in a run that was left out, from which it is no longer noise."""
-ROUGH: Final = 10.0
-"""A rest so many times larger than the sample-to-sample noise, and a hundredth of the range, is no sensor's noise."""
-JUMPING: Final = 0.05
-"""Share of the energy of the innovations in those beyond six standard deviations, which noise all but never reaches."""
-FELT: Final = "temperature not predicted"
+UNPREDICTED_HEAT: Final = "temperature not predicted"
 """The model's displacement driven by the measured temperature, less that driven by the modelled one."""
 
 
@@ -39,11 +33,11 @@ FELT: Final = "temperature not predicted"
 class Dependence:
     """The residual of one sensor against one covariate.
 
-    share : of the residual's variance, predicted for runs that were left out (0 or less: none).
+    share : of the residual's variance, predicted for runs that were left out; 0 or less if it follows nothing.
     x, curve : (k,) the covariate and the mean residual over it, in the units of the covariate and the sensor.
     """
 
-    column: int
+    channel: Channel
     covariate: str
     unit: str
     share: float
@@ -68,13 +62,13 @@ UNITS: Final = {
     "time": "s",
     "displacement": "m",
     "cycle": "1",
-    FELT: "m",
+    UNPREDICTED_HEAT: "m",
 }
 
 
 def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
     """Every sensor against every covariate, strongest first; ``residual`` (N,) is measured minus model, unwhitened."""
-    seen: dict[int, list[_Seen]] = {}
+    seen: dict[Channel, list[_Seen]] = {}
     begin = 0
     parts = []
     for b in problem.observed:
@@ -87,22 +81,22 @@ def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
         out = problem.outputs(i, free[None], starts[i : i + 1])[0]
         for b, part in zip(problem.observed, parts, strict=True):
             if b.run == i:
-                seen.setdefault(b.column, []).append(_Seen(i, part, _covariates(problem, i, out, b.column)))
+                seen.setdefault(b.channel, []).append(_Seen(i, part, _covariates(problem, i, out, b.channel)))
     found = [
-        _dependence(column, name, members)
-        for column, members in seen.items()
+        _dependence(channel, name, members)
+        for channel, members in seen.items()
         for name in UNITS
         if all(name in m.covariates for m in members)
     ]
     return sorted(found, key=lambda d: -d.share)
 
 
-def _covariates(problem: Problem, run: int, out: Floats, column: int) -> dict[str, Floats]:
+def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> dict[str, Floats]:
     grid = problem.inputs[run].time_s
-    block = next(b for b in problem.observed if b.run == run and b.column == column)
-    temperature = out[:, TEMPERATURE]
+    block = next(b for b in problem.observed if b.run == run and b.channel is channel)
+    temperature = out[:, STATE["temperature"]]
     rate = np.gradient(temperature, grid)
-    direction = out[:, DIRECTION]
+    direction = out[:, STATE["direction"]]
     heating = direction if np.isfinite(direction).all() else np.where(rate >= 0.0, 1.0, -1.0)
     turns = np.concatenate([[0.0], np.cumsum(np.diff(heating) > 0.0)])
 
@@ -119,20 +113,22 @@ def _covariates(problem: Problem, run: int, out: Floats, column: int) -> dict[st
         "time": sampled(grid),
         "cycle": sampled(turns),
     }
-    if np.isfinite(out[:, DISPLACEMENT]).all():
-        found["displacement"] = sampled(out[:, DISPLACEMENT])
-    if column == DISTANCE and problem.inputs[run].run.temperature is not None:
+    if np.isfinite(out[:, STATE["displacement"]]).all():
+        found["displacement"] = sampled(out[:, STATE["displacement"]])
+    if channel is not TEMPERATURE and problem.inputs[run].run.temperature is not None:
         vector, start = problem.model.vector[None], np.array([problem.split(problem.first())[1][run]])
         driven = measured_drive(problem.inputs[run], problem.model, float(start[0]))
-        moved = driven.simulate(problem.model, vector, start)[0, :, DISPLACEMENT] - out[:, DISPLACEMENT]
-        found[FELT] = sampled(moved) if block.keep is None else sampled(moved) * block.keep
+        moved = (
+            driven.simulate(problem.model, vector, start)[0, :, STATE["displacement"]] - out[:, STATE["displacement"]]
+        )
+        found[UNPREDICTED_HEAT] = sampled(moved) if block.keep is None else sampled(moved) * block.keep
     return found
 
 
-def _dependence(column: int, name: str, members: Sequence[_Seen]) -> Dependence:
+def _dependence(channel: Channel, name: str, members: Sequence[_Seen]) -> Dependence:
     values = np.concatenate([m.covariates[name] for m in members])
     here = values[np.isfinite(values)]
-    linear = name == FELT
+    linear = name == UNPREDICTED_HEAT
     knots = np.array([0.0]) if linear or here.size == 0 else np.unique(np.quantile(here, np.linspace(0, 1, KNOTS)))
     moments = []
     for m in members:
@@ -149,7 +145,7 @@ def _dependence(column: int, name: str, members: Sequence[_Seen]) -> Dependence:
         after += float(rest @ rest)
     curve = _solve(gram, moment)
     share = 1.0 - after / before if before > 0.0 and len(members) > 1 else 0.0
-    return Dependence(column, name, UNITS[name], share, knots, curve)
+    return Dependence(channel, name, UNITS[name], share, knots, curve)
 
 
 def _solve(gram: Floats, moment: Floats) -> Floats:
@@ -173,39 +169,34 @@ def _hats(x: Floats, knots: Floats) -> Floats:
     return basis
 
 
-def unlike_noise(problem: Problem, residual: Floats, noise: Mapping[int, Noise]) -> list[str]:
+def unlike_noise(
+    problem: Problem, residual: Floats, noise: Mapping[Channel, Noise], options: DiagnoseOptions
+) -> list[str]:
     """What no noise of a sensor is like in a residual (N,), in words: far too large, or full of jumps."""
     parts = np.split(residual, np.cumsum([b.measured.size for b in problem.observed])[:-1])
     found = []
-    for column, name in NAMES.items():
-        members = [(b, part) for b, part in zip(problem.observed, parts, strict=True) if b.column == column]
-        if not members:
-            continue
-        series = [_series(problem.inputs[b.run].run, column) for b, _ in members]
+    for channel in dict.fromkeys(b.channel for b in problem.observed):
+        name = channel.name
+        members = [(b, part) for b, part in zip(problem.observed, parts, strict=True) if b.channel is channel]
+        series = [problem.inputs[b.run].run.series[channel] for b, _ in members]
         rms = float(np.sqrt(np.mean(np.concatenate([part for _, part in members]) ** 2)))
         ratio = rms / float(np.sqrt(np.mean([noise_floor(s) ** 2 for s in series])))
-        if ratio > ROUGH and rms > 0.01 * max(float(np.ptp(s.value)) for s in series):
+        if ratio > options.rough and rms > 0.01 * max(float(np.ptp(s.value)) for s in series):
             found.append(f"{name} is left with {ratio:.0f} times the sample-to-sample noise of its sensor")
         observed = whitened([b for b, _ in members], noise)
         white = np.concatenate([b.weighted(part) for b, (_, part) in zip(observed, members, strict=True)])
         spread = float(np.median(np.abs(white))) / 0.6745
         share = float(np.sum(white[np.abs(white) > 6.0 * spread] ** 2) / max(float(np.sum(white**2)), 1e-300))
-        if share > JUMPING:
+        if share > options.jumping:
             found.append(f"{name} jumps ({share:.0%} of what is new from sample to sample)")
     return found
 
 
-def _series(run: Run, column: int) -> Series:
-    series = run.temperature if column == CAMERA else run.displacement
-    assert series is not None  # there is a block of it
-    return series
-
-
-def in_words(found: Sequence[Dependence], unlike: Sequence[str]) -> str:
+def in_words(found: Sequence[Dependence], unlike: Sequence[str], options: DiagnoseOptions) -> str:
     """What is left as a sentence: dependences above the threshold, then all that is unlike noise; empty for neither."""
-    strong = [d for d in found if d.share >= STRUCTURED]
+    strong = [d for d in found if d.share >= options.structured]
     words = ["no effect of the library explains what is left"]
     if strong:
-        listed = "; ".join(f"{NAMES[d.column]} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
+        listed = "; ".join(f"{d.channel.name} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
         words.append(f"in runs left out it still follows {listed}")
     return "; ".join([*words, *unlike]) if strong or unlike else ""

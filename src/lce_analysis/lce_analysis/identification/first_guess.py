@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.identification.problem import Problem
-from lce_analysis.prediction import TEMPERATURE, Sampling, SimulationInput
-from lce_data.channels import DISPLACEMENT
+from lce_analysis.prediction import STATE, Sampling, SimulationInput
+from lce_data.channels import TEMPERATURE
+from lce_data.run import Series
 from lce_model import Model
 from lce_model.thermal.hammerstein_wiener import PIECES
 
@@ -32,10 +33,10 @@ def with_thermal_guess(model: Model, inputs: Sequence[SimulationInput], tau: flo
     unit[[model.index("lumped.tau"), model.index("lumped.gain")]] = tau, 1.0
     columns, targets = [], []
     for prepared in inputs:
-        if prepared.run.temperature is None or prepared.at_temperature is None:
+        if prepared.run.temperature is None:
             continue
-        rise = prepared.simulate(model, unit[None], np.array([ambient]))[0, :, TEMPERATURE] - ambient
-        columns.append(prepared.at_temperature(rise))
+        rise = prepared.simulate(model, unit[None], np.array([ambient]))[0, :, STATE["temperature"]] - ambient
+        columns.append(prepared.sampling[TEMPERATURE](rise))
         targets.append(prepared.run.temperature.value)
     rise, target = np.concatenate(columns), np.concatenate(targets)
     (gain, ambient), *_ = np.linalg.lstsq(np.column_stack([rise, np.ones_like(rise)]), target)
@@ -73,20 +74,18 @@ def thinned(prepared: SimulationInput) -> SimulationInput:
     keep = np.unique(np.concatenate([np.searchsorted(travelled, np.arange(travelled[-1])), turns, [time.size - 1]]))
     if keep.size > time.size // 2:  # too noisy or too short to gain anything
         keep = np.arange(time.size)
-    run = prepared.run
-    assert run.displacement is not None
-    d = run.displacement
-    nearest = np.unique(np.clip(np.searchsorted(d.time_s, time[keep]), 0, d.time_s.size - 1))
-    thin = type(d)(d.time_s[nearest], d.value[nearest])
     grid = np.ascontiguousarray(time[keep])
+    run = prepared.run.with_series(TEMPERATURE, None)
+    for channel, series in run.measured.items():
+        nearest = np.unique(np.clip(np.searchsorted(series.time_s, grid), 0, series.time_s.size - 1))
+        run = run.with_series(channel, Series(series.time_s[nearest], series.value[nearest]))
     return replace(
         prepared,
-        run=run.with_series(DISPLACEMENT, thin),
+        run=run,
         time_s=grid,
         power_w=np.ascontiguousarray(prepared.power_w[keep]),
         drive_k=np.ascontiguousarray(temperature[keep]),
-        at_displacement=Sampling.between(grid, thin.time_s),
-        at_temperature=None,
+        sampling={channel: Sampling.between(grid, series.time_s) for channel, series in run.measured.items()},
     )
 
 

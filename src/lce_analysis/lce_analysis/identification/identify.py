@@ -8,7 +8,7 @@
 3. Every parameter of both stages at once, each output weighted by the misfit that 1 and 2 left.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -27,88 +27,96 @@ from lce_analysis.identification.least_squares import (
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, observed_series, start_conditions, with_thermal_state
 from lce_analysis.identification.result import FitResult
+from lce_analysis.options import FitOptions
 from lce_analysis.prediction import (
-    CAMERA,
-    DISTANCE,
-    TEMPERATURE,
-    Drive,
+    STATE,
     SimulationInput,
     excited,
     measured_drive,
     simulation_input,
 )
+from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
-from lce_data.noise import noise_floor
-from lce_data.progress import Progress, silent
+from lce_data.noise import sensor_noise
+from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model, default_model
 from lce_model.effects import find
-from lce_model.terms import reads
+from lce_model.terms import STAGES, Stage, reads
 
 Floats = NDArray[np.float64]
 
-HEAT_STAGES = frozenset({"surroundings", "light", "heat"})
-GUESSED, GUESSES = 2000, 20
-"""Random parameter sets tried, and how many of the best become starts of the least squares (§4.5)."""
-EVOLUTIONS, FOUND_AGAIN = 6, 0.02
-"""Populations that the two-step strategy tries at most (step 3 of §5.3.2: start again where a search went astray); two
-that end at the same error, within 2 %, have found the same minimum, and are enough."""
+HEAT_STAGES = frozenset[Stage]({"surroundings", "light", "heat"})
+MECHANICAL_STAGES = frozenset(STAGES) - HEAT_STAGES
+MECHANICAL = tuple(channel for channel in SENSORS if channel is not TEMPERATURE)
+"""What the stages behind the temperature are judged by."""
 HALVING = ((20, 8), (5, 25), (2, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps."""
-REFINED = 6
-"""Members of each population that are refined by least squares."""
-REWEIGHTED = 3
-"""Rounds of the joint fit."""
-NEGLIGIBLE = 0.05
-"""The joint fit ends at a step that changes the sum of squares, in units of the misfit, by less: a fifth of a standard
-error."""
-NOISE_LEVEL = 1.05
-"""RMS residual in units of the noise at which a search is over."""
 
 
 def fit(
     model: Model,
     runs: Sequence[Run],
-    drive: Drive = "model",
+    options: FitOptions = FitOptions(),
     progress: Progress = silent,
-    seed: int = 0,
+    cancel: CancelToken | None = None,
 ) -> FitResult:
-    """Identify the free parameters of ``model`` from all ``runs`` together, one parameter set.
+    """Identify the free parameters of a model from all runs together: one parameter set.
 
     Parameters
     ----------
-    drive : what drives the T→d stage; with "measured" the stages are identified one after the other only.
-    seed : of the random starts and populations; the same seed gives the same result.
+    model : what to fit; its values are where the search begins.
+    runs : with the series that the model needs.
+    options : seed, what drives the deformation, and how long to search.
+    progress : hears of each step and of the error reached.
+    cancel : ends the fit, as Ctrl-C does, with the best values so far (``FitResult.interrupted``).
 
-    A KeyboardInterrupt ends the fit with the best values so far. LceError where the runs do not hold what the model
-    needs.
+    Returns
+    -------
+    FitResult
+        The model with its values, standard errors, and what the data leave open.
+
+    Raises
+    ------
+    LceError
+        If the runs do not hold what the model needs.
+
+    Examples
+    --------
+    >>> import lce_analysis as lce
+    >>> runs = lce.read_runs(["runs/pulse", "runs/stairs"])  # doctest: +SKIP
+    >>> result = lce.fit(lce.default_model("lumped", "equilibrium"), runs)  # doctest: +SKIP
+    >>> lce.save_model(result.model, "m.yaml")  # doctest: +SKIP
     """
     if not runs:
         raise LceError("no runs to fit")
     check_runs(model, runs)
     inputs = [simulation_input(run, model) for run in runs]
-    search = _Search(model, inputs, drive, progress, seed)
-    return search.result()
+    return _Search(model, inputs, options, watched(progress, cancel)).result()
 
 
 def fit_each(
-    model: Model, runs: Sequence[Run], drive: Drive = "model", progress: Progress = silent, seed: int = 0
+    model: Model,
+    runs: Sequence[Run],
+    options: FitOptions = FitOptions(),
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
 ) -> tuple[FitResult, ...]:
-    """One parameter set for each run, as in the dissertation's tables."""
-    tasks = [partial(_fit_one, model, run, drive, seed) for run in runs]
-    return tuple(each(tasks, "one fit for each run", progress))
+    """One parameter set for each run, as in the tables of Wu (2021); see :func:`fit`."""
+    tasks = [partial(_fit_one, model, run, options) for run in runs]
+    return tuple(each(tasks, "one fit for each run", watched(progress, cancel)))
 
 
-def _fit_one(model: Model, run: Run, drive: Drive, seed: int, progress: Progress) -> FitResult:
-    return fit(model, [run], drive, lambda label, *rest: progress(f"{run.name}: {label}", *rest), seed)
+def _fit_one(model: Model, run: Run, options: FitOptions, progress: Progress) -> FitResult:
+    return fit(model, [run], options, lambda label, *rest: progress(f"{run.name}: {label}", *rest))
 
 
 def check_runs(model: Model, runs: Sequence[Run]) -> None:
-    """Raise LceError where a run has nothing to say of the model, or the runs are not of one strip."""
+    """Raise LceError if a run says nothing of the model, or the runs are not of one strip."""
     lengths = {run.name: run.strip_length_m for run in runs if run.strip_length_m is not None}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name}: {length} m" for name, length in lengths.items())
-        raise LceError(f"runs of strips of different length cannot share one parameter set ({told})")
+        listed = ", ".join(f"{name}: {length} m" for name, length in lengths.items())
+        raise LceError(f"runs of strips of different length cannot share one parameter set ({listed})")
     for run in runs:
         if model.deformation == "none" and run.temperature is None:
             raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
@@ -142,9 +150,9 @@ class _Search:
     """The state of one identification: a model that gets better, and the start temperatures that go with it."""
 
     def __init__(
-        self, model: Model, inputs: Sequence[SimulationInput], drive: Drive, progress: Progress, seed: int
+        self, model: Model, inputs: Sequence[SimulationInput], options: FitOptions, progress: Progress
     ) -> None:
-        self.model, self.inputs, self.drive, self.progress, self.seed = model, inputs, drive, progress, seed
+        self.model, self.inputs, self.options, self.progress = model, inputs, options, progress
         self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._ambient() for i in inputs])
         self.evaluations = 0
         self.interrupted = False
@@ -152,20 +160,14 @@ class _Search:
     def _ambient(self) -> float:
         return self.model["ambient.t_env"] if self.model.thermal != "none" else float("nan")
 
-    def _free(self, heat: bool, deformation: bool) -> tuple[int, ...]:
-        stages = {t.name: t.stage for t in self.model.terms}
-        return tuple(
-            i
-            for i, v in enumerate(self.model.values)
-            if not v.fixed
-            and (((stages[v.term] in HEAT_STAGES) and heat) or ((stages[v.term] not in HEAT_STAGES) and deformation))
-        )
+    def _free(self, stages: Collection[Stage]) -> tuple[int, ...]:
+        """Positions of the parameters to fit among those of the terms of some stages."""
+        stage_of = {t.name: t.stage for t in self.model.terms}
+        return tuple(i for i, v in enumerate(self.model.values) if not v.fixed and stage_of[v.term] in stages)
 
-    def _sigma(self, column: int) -> float | None:
-        """RMS noise of one output over all runs, None where it was not measured."""
-        series = [i.run.temperature if column == CAMERA else i.run.displacement for i in self.inputs]
-        floors = [noise_floor(s) for s in series if s is not None]
-        return float(np.sqrt(np.mean(np.square(floors)))) if floors else None
+    def _noise(self, channels: Collection[Channel]) -> dict[Channel, float]:
+        """RMS noise of those channels that were measured."""
+        return sensor_noise([i.run for i in self.inputs], channels)
 
     def _polish(self, problem: Problem, label: str, tolerance: float = TOLERANCE) -> Optimum:
         optimum = levenberg_marquardt(problem, problem.first(), label, self.progress, 100, tolerance)
@@ -178,9 +180,8 @@ class _Search:
 
     def thermal(self) -> Problem | None:
         """Step 1; the best of several starts."""
-        sigma = self._sigma(CAMERA)
-        free = self._free(heat=True, deformation=False)
-        observed = observed_series(self.inputs, sigma, None)
+        free = self._free(HEAT_STAGES)
+        observed = observed_series(self.inputs, self._noise([TEMPERATURE]))
         if self.model.thermal == "none" or not observed or not free:
             return None
         best: tuple[Problem, Optimum] | None = None
@@ -203,41 +204,41 @@ class _Search:
         if self.model.thermal == "lumped":
             yield from (with_thermal_guess(self.model, self.inputs, tau) for tau in (5.0, 20.0, 80.0, 320.0))
         else:
-            lumped = _Search(default_model("lumped", "none"), self.inputs, self.drive, self.progress, self.seed)
+            lumped = _Search(default_model("lumped", "none"), self.inputs, self.options, self.progress)
             lumped.thermal()
             self.interrupted |= lumped.interrupted
             yield with_curves_guess(self.model, lumped.model, self.inputs)
 
     def driven_inputs(self) -> list[SimulationInput]:
-        """The runs with a displacement, driven by their temperature."""
+        """The runs in which something behind the temperature was measured, driven by their temperature."""
         driven = []
         for prepared, start in zip(self.inputs, self.starts, strict=True):
-            if prepared.run.displacement is None:
+            if not any(channel in prepared.run.series for channel in MECHANICAL):
                 continue
-            if self.drive == "measured":
+            if self.options.drive == "measured":
                 driven.append(measured_drive(prepared, self.model, float(start)))
-            elif prepared.drive_k.size:
+            elif prepared.driven:
                 driven.append(prepared)
             else:
                 out = prepared.simulate(self.model, self.model.vector[None], np.array([start]))
-                driven.append(replace(prepared, drive_k=np.ascontiguousarray(out[0, :, TEMPERATURE])))
+                driven.append(replace(prepared, drive_k=np.ascontiguousarray(out[0, :, STATE["temperature"]])))
         return driven
 
     def deformation(self) -> Problem | None:
         """Step 2, on a coarse grid."""
-        sigma = self._sigma(DISTANCE)
-        free = self._free(heat=False, deformation=True)
-        if self.model.deformation == "none" or sigma is None or not free:
+        sigma = self._noise([channel for channel in MECHANICAL if self.model.predicts(channel)])
+        free = self._free(MECHANICAL_STAGES)
+        if self.model.deformation == "none" or not sigma or not free:
             return None
         full = self.driven_inputs()
         coarse = [thinned(i) for i in full]
-        problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), observed_series(coarse, None, sigma))
+        problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), observed_series(coarse, sigma))
         box = search_box(problem, coarse)
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
         best = self._best_of(problem, list(guesses(problem, box, label)), label)
         self._adopt_deformation(problem, best.variables)
-        return Problem(self.model, full, free, np.zeros(len(full)), observed_series(full, None, sigma))
+        return Problem(self.model, full, free, np.zeros(len(full)), observed_series(full, sigma))
 
     def _best_of(self, problem: Problem, guesses: list[Floats], label: str) -> Optimum:
         """Least squares from several starts, those that fall behind given up early."""
@@ -251,7 +252,7 @@ class _Search:
                 optimum = levenberg_marquardt(problem, guess, label, self.progress, iterations)
                 self._count(optimum)
                 found.append(optimum)
-                if self.interrupted or optimum.rms < NOISE_LEVEL:
+                if self.interrupted or optimum.rms < self.options.noise_level:
                     return min(found, key=lambda o: o.rms)
             ranked = sorted(found, key=lambda o: o.rms)
         return ranked[0]
@@ -276,12 +277,12 @@ class _Search:
         enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * block.weight
         best: Optimum | None = None
         reached: list[float] = []
-        for attempt in range(EVOLUTIONS):
+        for attempt in range(self.options.evolutions):
             mine: Optimum | None = None
-            name = f"{label}, evolution {attempt + 1}/{EVOLUTIONS}"
-            rough, population = evolve(one, float(enough), name, self.progress, (self.seed, attempt), box)
+            name = f"{label}, evolution {attempt + 1}/{self.options.evolutions}"
+            rough, population = evolve(one, float(enough), name, self.progress, (self.options.seed, attempt), box)
             self._count(rough, len(self.inputs))
-            for guess in scattered(population, REFINED):
+            for guess in scattered(population, self.options.refined):
                 if self.interrupted:
                     break
                 fine = levenberg_marquardt(one, guess, f"{name}, refined", self.progress, 100)
@@ -292,9 +293,9 @@ class _Search:
                 break
             if best is None or mine.rms < best.rms:
                 best = mine
-            if self.interrupted or best.rms < NOISE_LEVEL:
+            if self.interrupted or best.rms < self.options.noise_level:
                 break
-            if any(abs(mine.rms / other - 1.0) < FOUND_AGAIN for other in reached) and mine is best:
+            if any(abs(mine.rms / other - 1.0) < self.options.same_minimum for other in reached) and mine is best:
                 break
             reached.append(mine.rms)
         yield rough.variables if best is None else best.variables
@@ -307,34 +308,37 @@ class _Search:
         """The present values, then the best of many random ones."""
         yield problem.first()[: box[0].size]
         low, high = box
-        candidates = low + (high - low) * np.random.default_rng(self.seed).random((GUESSED, low.size))
+        candidates = low + (high - low) * np.random.default_rng(self.options.seed).random(
+            (self.options.random_guesses, low.size)
+        )
         free = problem.transformation.from_box(candidates)
-        self.evaluations += GUESSED
+        self.evaluations += self.options.random_guesses
         self.progress(label, 0, 1, float("nan"))
-        yield from problem.transformation.to_search(free[np.argsort(problem.rms_of_rows(free))[:GUESSES]])
+        yield from problem.transformation.to_search(free[np.argsort(problem.rms_of_rows(free))[: self.options.starts]])
 
     def joint(self, thermal: Problem, deformation: Problem) -> Problem:
         """Step 3: each output weighted by the misfit that is left, until the weights no longer change."""
-        sigma_t = self._misfit(replace(thermal, model=self.model, starts_k=self.starts), CAMERA)
-        sigma_d = self._misfit(deformation, DISTANCE)
-        free = self._free(heat=True, deformation=True)
-        for _ in range(REWEIGHTED):
-            observed = observed_series(self.inputs, sigma_t, sigma_d)
+        sigma = self._misfit(replace(thermal, model=self.model, starts_k=self.starts)) | self._misfit(deformation)
+        free = self._free(STAGES)
+        for _ in range(self.options.reweighted):
+            observed = observed_series(self.inputs, sigma)
             problem = Problem(
                 self.model, self.inputs, free, self.starts, observed, *start_conditions(self.inputs, self.model)
             )
             if self.interrupted:
                 return problem
-            self._adopt(problem, self._polish(problem, "both stages", NEGLIGIBLE / problem.size).variables)
+            self._adopt(problem, self._polish(problem, "both stages", self.options.negligible / problem.size).variables)
             problem = replace(problem, model=self.model, starts_k=self.starts)
-            before = sigma_t, sigma_d
-            sigma_t, sigma_d = self._misfit(problem, CAMERA), self._misfit(problem, DISTANCE)
-            if max(abs(sigma_t / before[0] - 1.0), abs(sigma_d / before[1] - 1.0)) < 0.05:
+            before, sigma = sigma, self._misfit(problem)
+            if max(abs(sigma[channel] / before[channel] - 1.0) for channel in sigma) < 0.05:
                 break
         return problem
 
-    def _misfit(self, problem: Problem, column: int) -> float:
-        return max(problem.series_rms(problem.first(), column), self._sigma(column) or 0.0)
+    def _misfit(self, problem: Problem) -> dict[Channel, float]:
+        """RMS residual of each channel of a problem, at least its noise."""
+        noise, first = self._noise(SENSORS), problem.first()
+        channels = dict.fromkeys(b.channel for b in problem.observed)
+        return {channel: max(problem.series_rms(first, channel), noise[channel]) for channel in channels}
 
     def last_stage(self, deformation: Problem) -> Problem:
         """The deformation alone, on every sample: where only it is fitted, or the measured temperature drives it."""
@@ -347,7 +351,7 @@ class _Search:
     def result(self) -> FitResult:
         thermal = self.thermal()
         deformation = None if self.interrupted else self.deformation()
-        if thermal is not None and deformation is not None and self.drive == "model":
+        if thermal is not None and deformation is not None and self.options.drive == "model":
             problem = self.joint(thermal, deformation)
         elif deformation is not None:
             problem = self.last_stage(deformation)
@@ -357,4 +361,6 @@ class _Search:
             raise LceError("none of the runs holds a series that this model predicts")
         problem = replace(problem, model=self.model)
         runs = [i.run for i in self.inputs]
-        return FitResult.from_problem(problem, runs, self.starts, self.drive, self.evaluations, self.interrupted)
+        return FitResult.from_problem(
+            problem, runs, self.starts, self.options.drive, self.evaluations, self.interrupted
+        )

@@ -2,20 +2,26 @@
 """A fit as numbers: runs and free parameters in, weighted residuals and their Jacobian out."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from lce_analysis.identification.transformation import Transformation
-from lce_analysis.prediction import CAMERA, DISTANCE, Sampling, SimulationInput, starts_at
+from lce_analysis.prediction import COLUMN, Sampling, SimulationInput, starts_at
+from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model
 
 Floats = NDArray[np.float64]
+
+PARAMETER_STEP: Final = 1e-6
+START_STEP_K: Final = 1e-3
+"""Steps of the differences: of a parameter in the unbounded variable of the search, and of a start temperature."""
 
 _POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
 """The kernels release the interpreter lock, so threads use all cores."""
@@ -23,7 +29,7 @@ _POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
 
 @dataclass(frozen=True)
 class ObservedSeries:
-    """One measured series of one run: which output it judges, and its weight 1/σ.
+    """One measured series of one run: of which channel, where it is sampled, and its weight 1/σ.
 
     ``whitening`` (p + 1,) is the filter 1 - φ1 z⁻¹ - … of an autoregressive noise; σ is then that of the innovations,
     and the first p samples, which have no past, do not count; nor do those where ``keep`` (n,) is 0; None
@@ -31,7 +37,7 @@ class ObservedSeries:
     """
 
     run: int
-    column: int
+    channel: Channel
     sampling: Sampling
     measured: Floats
     weight: float
@@ -118,7 +124,7 @@ class Problem:
         return self._stack(self._each_run(work))
 
     def _weighted(self, run: int, out: Floats) -> list[Floats]:
-        return [b.weighted(b.sampling(out[:, :, b.column])) for b in self.observed if b.run == run]
+        return [b.weighted(b.sampling(out[:, :, COLUMN[b.channel]])) for b in self.observed if b.run == run]
 
     def _modelled(self, run: int, free: Floats, start_k: Floats) -> list[Floats]:
         return self._weighted(run, self.outputs(run, free, start_k))
@@ -149,32 +155,32 @@ class Problem:
         return np.concatenate([m[0] - y for m, y in zip(parts, measured, strict=True)])
 
     def jacobian(self, variables: Floats, central: bool = False) -> Floats:
-        """(N, variables) by forward differences, or central ones at twice the price.
+        """(N, variables) of the residuals: forward differences over the parameters, or central ones at twice the cost.
 
-        A start temperature touches its own run only.
+        A start temperature touches its own run only, so its two simulations are of that run alone.
         """
         k = len(self.free)
-        h = np.concatenate([np.full(k, 1e-6), np.full(variables.size - k, 1e-3)])
-        base = 2 * k if central else k
-        steps = [np.diag(h)[:k], -np.diag(h)[:k]] if central else [np.diag(h)[:k]]
-        free, starts = self.split(variables + np.vstack([*steps, np.zeros((1, variables.size))]))
+        parameter_steps = np.zeros((k, variables.size))
+        np.fill_diagonal(parameter_steps, PARAMETER_STEP)
+        shifted = [parameter_steps, -parameter_steps if central else np.zeros((1, variables.size))]
+        free, starts = self.split(variables + np.vstack(shifted))
+        here, start_here = self.split(variables)
 
-        def work(i: int) -> list[Floats]:
-            rows, begin = free, starts[:, i]
+        def slopes_of_run(i: int) -> list[Floats]:
+            slopes = []
+            for modelled in self._modelled(i, free, starts[:, i]):
+                span = 2.0 * PARAMETER_STEP if central else PARAMETER_STEP
+                of_series = np.zeros((variables.size, modelled.shape[1]))
+                of_series[:k] = (modelled[:k] - modelled[k:]) / span
+                slopes.append(of_series)
             if i in self.free_starts:
-                nudges = np.array([h[-1], -h[-1]])
-                rows, begin = np.vstack([free, free[[-1, -1]]]), np.concatenate([begin, begin[-1] + nudges])
-            observed = []
-            for modelled in self._modelled(i, rows, begin):
-                slopes = np.zeros((variables.size, modelled.shape[1]))
-                behind = modelled[k:base] if central else modelled[base]
-                slopes[:k] = (modelled[:k] - behind) / (h[:k, None] * (2.0 if central else 1.0))
-                if i in self.free_starts:
-                    slopes[k + self.free_starts.index(i)] = (modelled[-2] - modelled[-1]) / (2.0 * h[-1])
-                observed.append(slopes)
-            return observed
+                both = start_here[i] + np.array([START_STEP_K, -START_STEP_K])
+                row = k + self.free_starts.index(i)
+                for of_series, modelled in zip(slopes, self._modelled(i, np.tile(here, (2, 1)), both), strict=True):
+                    of_series[row] = (modelled[0] - modelled[1]) / (2.0 * START_STEP_K)
+            return slopes
 
-        return np.ascontiguousarray(self._stack(self._each_run(work)).T)
+        return np.ascontiguousarray(self._stack(self._each_run(slopes_of_run)).T)
 
     def rms_of_rows(self, free: Floats, chunk: int = 16) -> Floats:
         """Weighted RMS residual (m,) of rows of free parameters (m, k); infinite where the model gives no number."""
@@ -192,40 +198,35 @@ class Problem:
         rms = np.concatenate(list(_POOL.map(work, range(0, free.shape[0], chunk))))
         return np.where(np.isfinite(rms), rms, np.inf)
 
-    def series_rms(self, variables: Floats, column: int) -> float:
-        """RMS residual of one output over all runs, in its own unit; NaN where it was not measured."""
+    def series_rms(self, variables: Floats, channel: Channel) -> float:
+        """RMS residual of one channel over all runs, in its SI unit; NaN if it was not measured."""
         residual = self.residuals(variables)
         total, count, begin = 0.0, 0, 0
         for b in self.observed:
             part = residual[begin : begin + b.size] / b.weight
             begin += b.size
-            if b.column == column:
+            if b.channel is channel:
                 total += float(part @ part)
                 count += part.size
         return float(np.sqrt(total / count)) if count else float("nan")
 
 
-def observed_series(
-    inputs: Sequence[SimulationInput], temperature_sigma: float | None, displacement_sigma: float | None, thin: int = 1
-) -> tuple[ObservedSeries, ...]:
-    """The measured series of the runs ; a sigma of None leaves that output out, ``thin`` keeps every n-th."""
-    found = []
-    for i, prepared in enumerate(inputs):
-        for series, sampling, column, sigma in (
-            (prepared.run.temperature, prepared.at_temperature, CAMERA, temperature_sigma),
-            (prepared.run.displacement, prepared.at_displacement, DISTANCE, displacement_sigma),
-        ):
-            driven = column == CAMERA and prepared.drive_k.size
-            if series is None or sampling is None or sigma is None or driven:
-                continue
-            thinned = Sampling(sampling.index[::thin], sampling.weight[::thin])
-            found.append(ObservedSeries(i, column, thinned, series.value[::thin], 1.0 / sigma))
-    return tuple(found)
+def observed_series(inputs: Sequence[SimulationInput], sigma: Mapping[Channel, float]) -> tuple[ObservedSeries, ...]:
+    """The measured series of the runs, of the channels in ``sigma``: standard deviations in SI units.
+
+    A temperature that drives the run is an input, and not among them.
+    """
+    return tuple(
+        ObservedSeries(i, channel, prepared.sampling[channel], series.value, 1.0 / sigma[channel])
+        for i, prepared in enumerate(inputs)
+        for channel, series in prepared.run.measured.items()
+        if channel in sigma and not (channel is TEMPERATURE and prepared.driven)
+    )
 
 
 def with_thermal_state(inputs: Sequence[SimulationInput]) -> tuple[int, ...]:
     """The runs whose measured temperature is predicted."""
-    return tuple(i for i, prepared in enumerate(inputs) if prepared.at_temperature and not prepared.drive_k.size)
+    return tuple(i for i, prepared in enumerate(inputs) if TEMPERATURE in prepared.sampling and not prepared.driven)
 
 
 def start_conditions(inputs: Sequence[SimulationInput], model: Model) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -14,7 +14,8 @@ from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.identification.identifiability import Identifiability, identifiability
 from lce_analysis.identification.problem import Problem
 from lce_analysis.identification.uncertainty import calibrated
-from lce_analysis.prediction import Drive, predict
+from lce_analysis.options import Drive
+from lce_analysis.prediction import predict
 from lce_data import __version__
 from lce_data.run import Run
 from lce_model import Model
@@ -89,10 +90,8 @@ def _record(
     for run, start in zip(runs, starts, strict=True):
         prediction = predict(model, run, drive)
         entry: dict[str, Any] = {"name": run.name, "sha256": run.sha256, "start_temperature_k": round(float(start), 4)}
-        if prediction.temperature_at_samples_k is not None and run.temperature is not None:
-            entry["temperature_nrmse"] = round(nrmse(prediction.temperature_at_samples_k, run.temperature.value), 6)
-        if prediction.displacement_at_samples_m is not None and run.displacement is not None:
-            entry["displacement_nrmse"] = round(nrmse(prediction.displacement_at_samples_m, run.displacement.value), 6)
+        for channel, modelled in prediction.at_samples.items():
+            entry[f"{channel.name}_nrmse"] = round(nrmse(modelled, run.series[channel].value), 6)
         entries.append(entry)
     digest = hashlib.sha256("".join(sorted(r.sha256 for r in runs)).encode()).hexdigest()
     return {

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounded physical parameters as the free variables of an optimiser."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,54 +14,145 @@ from lce_model import Value
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Transformation:
-    """Maps between parameters p, the unit box u and unbounded variables z, each of shape (…, k).
+class Axis(Protocol):
+    """The scale on which a parameter p is searched: how p and its place on the axis become one another.
 
-    u is linear in the axis of a parameter, which is p, ln p or asinh(p/knee) by its ``scale``; z = arcsin(2u - 1), the
-    transformation that MINUIT uses, turns Levenberg–Marquardt into a method that keeps to the bounds.
+    ``span`` [axis] is what counts as a large change; ``multiplicative`` whether a step along the axis multiplies p.
     """
 
+    multiplicative: bool
+
+    def place(self, p: Floats) -> Floats:
+        """Where p (…,) lies on the axis."""
+
+    def value(self, place: Floats) -> Floats:
+        """p at a place (…,) of the axis."""
+
+    def slope(self, p: Floats) -> Floats:
+        """dp/d(axis) at p (…,)."""
+
+    def span(self, lower: float, upper: float) -> float:
+        """A large change between two bounds, on the axis."""
+
+
+@dataclass(frozen=True)
+class LinearAxis:
+    """p itself; a tenth of the bounds is a large change."""
+
+    multiplicative = False
+
+    def place(self, p: Floats) -> Floats:
+        """Where p lies."""
+        return p
+
+    def value(self, place: Floats) -> Floats:
+        """p at a place."""
+        return place
+
+    def slope(self, p: Floats) -> Floats:
+        """dp/d(axis)."""
+        return np.ones_like(p)
+
+    def span(self, lower: float, upper: float) -> float:
+        """A large change."""
+        return 0.1 * (upper - lower)
+
+
+@dataclass(frozen=True)
+class LogAxis:
+    """ln p; an e-fold is a large change."""
+
+    multiplicative = True
+
+    def place(self, p: Floats) -> Floats:
+        """Where p lies."""
+        return np.log(p)
+
+    def value(self, place: Floats) -> Floats:
+        """p at a place."""
+        return np.exp(place)
+
+    def slope(self, p: Floats) -> Floats:
+        """dp/d(axis)."""
+        return p
+
+    def span(self, lower: float, upper: float) -> float:
+        """A large change."""
+        return 1.0
+
+
+@dataclass(frozen=True)
+class AsinhAxis:
+    """asinh(p/knee), linear around zero and logarithmic beyond the knee, for strengths that may vanish."""
+
+    knee: float
+    multiplicative = True
+
+    def place(self, p: Floats) -> Floats:
+        """Where p lies."""
+        return np.arcsinh(p / self.knee)
+
+    def value(self, place: Floats) -> Floats:
+        """p at a place."""
+        return self.knee * np.sinh(place)
+
+    def slope(self, p: Floats) -> Floats:
+        """dp/d(axis)."""
+        return np.hypot(p, self.knee)
+
+    def span(self, lower: float, upper: float) -> float:
+        """A large change."""
+        return 1.0
+
+
+def axis_of(value: Value) -> Axis:
+    """The axis that a parameter asks for by its scale."""
+    if value.parameter.scale == "log":
+        return LogAxis()
+    return AsinhAxis(value.parameter.knee) if value.parameter.knee > 0.0 else LinearAxis()
+
+
+@dataclass(frozen=True)
+class Transformation:
+    """Maps between parameters p, the unit box u and unbounded search variables z, each of shape (…, k).
+
+    u is linear in the axis of a parameter; z = arcsin(2u - 1), the transformation that MINUIT uses, turns
+    Levenberg–Marquardt into a method that keeps to the bounds.
+    """
+
+    axes: tuple[Axis, ...]
     lower: Floats
     upper: Floats
-    logarithmic: NDArray[np.bool_]
-    knee: Floats
 
     @classmethod
     def of(cls, values: Sequence[Value]) -> "Transformation":
-        """The coordinates of these parameters, with their bounds."""
+        """The transformation of these parameters, with their bounds."""
         return cls(
-            np.array([v.lower for v in values]),
-            np.array([v.upper for v in values]),
-            np.array([v.parameter.scale == "log" for v in values], dtype=np.bool_),
-            np.array([v.parameter.knee for v in values]),
+            tuple(axis_of(v) for v in values), np.array([v.lower for v in values]), np.array([v.upper for v in values])
         )
 
-    @cached_property
-    def _safe_knee(self) -> Floats:
-        return np.where(self.knee > 0.0, self.knee, 1.0)
+    def _each(self, convert: Callable[[Axis, Floats], Floats], values: Floats) -> Floats:
+        """``convert`` of each axis over its column of values (…, k)."""
+        out = np.empty(np.shape(values))
+        for i, axis in enumerate(self.axes):
+            out[..., i] = convert(axis, values[..., i])
+        return out
 
     @cached_property
-    def _span(self) -> tuple[Floats, Floats]:
-        low = self._axis(self.lower)
-        return low, self._axis(self.upper) - low
+    def _low(self) -> Floats:
+        return self._each(lambda axis, p: axis.place(p), self.lower)
 
-    def _axis(self, p: Floats) -> Floats:
-        log = np.log(np.where(self.logarithmic, p, 1.0))
-        return np.where(self.logarithmic, log, np.where(self.knee > 0.0, np.arcsinh(p / self._safe_knee), p))
+    @cached_property
+    def _span(self) -> Floats:
+        return self._each(lambda axis, p: axis.place(p), self.upper) - self._low
 
     def to_box(self, p: Floats) -> Floats:
         """p → u."""
-        low, span = self._span
-        return np.asarray((self._axis(p) - low) / span)
+        return np.asarray((self._each(lambda axis, p: axis.place(p), p) - self._low) / self._span)
 
     def from_box(self, u: Floats) -> Floats:
         """u → p, never outside the bounds."""
-        low, span = self._span
-        axis = low + u * span
-        grown = np.exp(np.where(self.logarithmic, axis, 0.0))
-        bent = self._safe_knee * np.sinh(np.where(self.knee > 0.0, axis, 0.0))
-        p = np.where(self.logarithmic, grown, np.where(self.knee > 0.0, bent, axis))
+        p = self._each(lambda axis, place: axis.value(place), self._low + u * self._span)
         return np.asarray(np.clip(p, self.lower, self.upper))
 
     def to_search(self, p: Floats) -> Floats:
@@ -73,26 +165,26 @@ class Transformation:
         """z → p."""
         return self.from_box(0.5 * (np.sin(z) + 1.0))
 
-    @property
+    @cached_property
     def natural_unit(self) -> Floats:
-        """What counts as a large change of the axis: an e-fold, or a tenth of the bounds of a linear parameter."""
-        curved = self.logarithmic | (self.knee > 0.0)
-        return np.where(curved, 1.0, 0.1 * (self.upper - self.lower))
+        """What counts as a large change of each axis (k,)."""
+        bounds = zip(self.axes, self.lower.tolist(), self.upper.tolist(), strict=True)
+        return np.array([axis.span(low, high) for axis, low, high in bounds])
 
     def to_natural(self, p: Floats) -> Floats:
         """The axis in natural units."""
-        return np.asarray(self._axis(p) / self.natural_unit)
+        return np.asarray(self._each(lambda axis, p: axis.place(p), p) / self.natural_unit)
 
     def natural_slope(self, p: Floats) -> Floats:
         """dp/d(natural coordinate) at p."""
-        return np.where(self.logarithmic, p, np.where(self.knee > 0.0, np.hypot(p, self.knee), self.natural_unit))
+        return np.asarray(self._each(lambda axis, p: axis.slope(p), p) * self.natural_unit)
 
     def natural_per_free(self, p: Floats) -> Floats:
         """d(natural coordinate)/dz at p; zero on a bound."""
         u = self.to_box(p)
-        return np.asarray(self._span[1] / self.natural_unit * np.sqrt(np.clip(u * (1.0 - u), 0.0, None)))
+        return np.asarray(self._span / self.natural_unit * np.sqrt(np.clip(u * (1.0 - u), 0.0, None)))
 
     @property
     def multiplicative(self) -> NDArray[np.bool_]:
-        """Where a step along the axis multiplies the parameter."""
-        return np.asarray(self.logarithmic | (self.knee > 0.0))
+        """Whether a step along the axis multiplies the parameter (k,)."""
+        return np.array([axis.multiplicative for axis in self.axes], dtype=np.bool_)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far the data leave a fit open: residuals counted as independent ones, and error bands on predictions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 
@@ -8,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
 
-from lce_analysis.identification.discontinuities import without_jumps
+from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.problem import Problem
-from lce_analysis.prediction import CAMERA, DISTANCE, measured_drive, simulation_input, start_temperature, starts_at
+from lce_analysis.prediction import COLUMN, measured_drive, simulation_input, start_temperature, starts_at
+from lce_data.channels import Channel
 from lce_data.run import Run
 
 Floats = NDArray[np.float64]
@@ -37,7 +39,7 @@ def calibrated(problem: Problem) -> Problem:
     Each block by its own RMS residual and correlation time: model error counts as correlated noise. Samples around a
     jump of the model do not count: a time constant moves the jump, and would seem known to the time of one sample.
     """
-    problem = without_jumps(problem)
+    problem = without_discontinuities(problem)
     residual, begin, observed = problem.residuals(problem.first()), 0, []
     for b in problem.observed:
         part = residual[begin : begin + b.size]
@@ -49,13 +51,14 @@ def calibrated(problem: Problem) -> Problem:
 
 @dataclass(frozen=True)
 class Band:
-    """A prediction and the band in which the model with the true parameters lies, all (n,) on the grid of the input."""
+    """A prediction and the half-width of the band in which the model with the true parameters lies, by channel.
+
+    All are (n,) on the grid of the input, in SI units.
+    """
 
     time_s: Floats
-    temperature_k: Floats
-    temperature_error_k: Floats
-    displacement_m: Floats
-    displacement_error_m: Floats
+    value: Mapping[Channel, Floats]
+    error: Mapping[Channel, Floats]
 
 
 def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95) -> Band:
@@ -76,7 +79,7 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
     rows = np.repeat(model.vector[None], 2 * z.size + 1, axis=0)
     rows[1:, list(problem.free)] = c.to_model(z + h * np.vstack([np.eye(z.size), -np.eye(z.size)]))
     starts = np.full(rows.shape[0], start)
-    if "ambient.t_env" in model and not prepared.drive_k.size and starts_at(prepared, model["ambient.t_env"]):
+    if "ambient.t_env" in model and not prepared.driven and starts_at(prepared, model["ambient.t_env"]):
         starts = rows[:, model.index("ambient.t_env")].copy()
     out = prepared.simulate(model, rows, starts)
     slopes = (out[1 : z.size + 1] - out[z.size + 1 :]) / (2.0 * h)
@@ -86,7 +89,8 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
         j = slopes[:, :, column]
         return np.asarray(spread * np.sqrt(np.maximum(np.einsum("kn,kl,ln->n", j, covariance, j), 0.0)))
 
-    return Band(prepared.time_s, out[0, :, CAMERA], error(CAMERA), out[0, :, DISTANCE], error(DISTANCE))
+    values = {channel: out[0, :, column] for channel, column in COLUMN.items()}
+    return Band(prepared.time_s, values, {channel: error(column) for channel, column in COLUMN.items()})
 
 
 def _covariance(problem: Problem) -> Floats:
