@@ -4,16 +4,10 @@
 from __future__ import annotations
 
 import os
-import random
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lce_data.errors import LceError
-
-_DOMAINS = range(1, 101)
-_PORT = 22119
-"""Domain d is taken while local TCP port _PORT + d is: what ROS's own domain_coordinator does."""
+from lce_ros.domain import free_domain
 
 
 @contextmanager
@@ -23,24 +17,9 @@ def own_domain() -> Iterator[int]:
     if os.environ.get("ROS_DOMAIN_ID"):
         yield int(os.environ["ROS_DOMAIN_ID"])
         return
-    with _claim() as (domain, _):
+    with free_domain() as domain:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
         try:
             yield domain
         finally:
             del os.environ["ROS_DOMAIN_ID"]
-
-
-@contextmanager
-def _claim() -> Iterator[tuple[int, socket.socket]]:
-    for domain in random.sample(_DOMAINS, len(_DOMAINS)):
-        claim = socket.socket()
-        try:
-            claim.bind(("127.0.0.1", _PORT + domain))
-        except OSError:
-            claim.close()
-            continue
-        with claim:
-            yield domain, claim
-        return
-    raise LceError(f"no free ROS domain between {_DOMAINS[0]} and {_DOMAINS[-1]}; set ROS_DOMAIN_ID")

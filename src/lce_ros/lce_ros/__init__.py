@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every node of the bench shares: QoS, declared parameters, diagnostics, tick times, and one way in and
-out.
+"""What every node shares: QoS, declared parameters, diagnostics, tick times, one way in and out of a process.
 
-Import from the modules: ``held`` and ``parameters`` need no ROS, the others do.
+Import from the modules: ``domain``, ``parameters``, ``signals`` and ``timed_value`` need no ROS, the others do.
 """

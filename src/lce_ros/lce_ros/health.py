@@ -18,9 +18,9 @@ class Level(IntEnum):
 
 
 class Health:
-    """What a node last said of itself, and the worst since it was last told to the world.
+    """The present condition of a node, and its worst since the last message.
 
-    A fault of one tick is so seen at 1 Hz all the same.
+    A fault of a single tick is so seen at 1 Hz too.
     """
 
     def __init__(self, name: str) -> None:

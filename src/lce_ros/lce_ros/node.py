@@ -52,7 +52,7 @@ class BenchNode(Node):
     published, received : messages by resolved topic name; a message counts as received when its callback is
         over. With ``ticks``, the timer callbacks that are over, a lockstep runner sees from them when
         everything is at rest.
-    missed_ticks : ticks left out because the node was busy or the clock leapt; told in /diagnostics.
+    missed_ticks : ticks left out because the node was busy or the clock leapt; reported in /diagnostics.
     tick_s : nominal time [s] of the timer callback that runs: the multiple of its period that was due. Under
         load a callback comes late, its nominal time does not.
     """
@@ -79,11 +79,10 @@ class BenchNode(Node):
         return float(self.get_clock().now().nanoseconds) * 1e-9
 
     def every(self, period_s: float, callback: Callable[[], None], offset_s: float = 0.0) -> Timer:
-        """Call back on every multiple of ``period_s`` [s] of the node's clock, or ``offset_s`` [s] after it; a missed
-        tick is left out, not made up.
+        """Call back on every multiple of ``period_s`` [s] of the node's clock, or ``offset_s`` [s] after it.
 
-        All nodes of a bench tick together so: a stream passes each of them in one tick, in real time as in
-        lockstep.
+        A missed tick is left out, not made up. All nodes so tick together: a stream passes each of them in one tick,
+        in real time as in lockstep.
         """
         period_ns, offset_ns = round(period_s * 1e9), round(offset_s * 1e9)
         last = 0
@@ -125,7 +124,7 @@ class BenchNode(Node):
         return self.create_subscription(msg_type, topic, receive, _profile(latched, depth), raw=raw)
 
     def listen_for_errors(self, name: str, callback: Callable[[str], None]) -> None:
-        """Call back with what the node ``name`` of this namespace says in /diagnostics where that is an error."""
+        """Call back with each error that the node ``name`` of this namespace reports in /diagnostics."""
         full_name = f"{self.get_namespace().rstrip('/')}/{name}"
 
         def look(message: DiagnosticArray) -> None:
@@ -154,10 +153,10 @@ class BenchNode(Node):
         choices: Sequence[str] = (),
         read_only: bool = False,
     ) -> Any:
-        """Declare a parameter and return its value; ValueError names a value that is outside its range or
-        choices.
+        """Declare a parameter and return its value.
 
-        The same rule refuses a later ``ros2 param set`` with the same words.
+        Raises ValueError naming a value that is outside its range or choices. The same rule refuses a later ``ros2
+        param set`` with the same words.
         """
         lower, upper = (None if bound is None else float(bound) for bound in (lower, upper))
         rule = Rule(name, unit, lower, upper, tuple(choices))
@@ -186,7 +185,7 @@ class BenchNode(Node):
         return self.get_parameter(name).value
 
     def report(self, level: Level, message: str, **values: Any) -> None:
-        """State the node's present condition and values; /diagnostics tells the worst of every second."""
+        """State the node's present condition and values; /diagnostics reports the worst of every second."""
         self._health.report(level, message, **values)
 
     def close(self) -> None:
@@ -211,7 +210,7 @@ def _profile(latched: bool, depth: int | None) -> QoSProfile:
 
 
 def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> int:
-    """Make a node and spin it until a stop signal, a shutdown of ROS or an exception; the exit status.
+    """Make a node and spin it until a stop signal, a shutdown of ROS or an exception; returns the exit status.
 
     ``close`` is called on every one of these ways out, with ROS still up so that it can publish a last word.
     A ValueError of the factory (a parameter outside its range, a model file that cannot be read), a NodeFault and an

@@ -21,7 +21,7 @@ class Rule:
             raise ValueError(f"{self.name}: the range [{self.lower}, {self.upper}] is empty")
 
     def refusal(self, value: Any) -> str | None:
-        """Why ``value`` cannot be taken, naming it and the range; None where it can."""
+        """Why ``value`` is refused, naming it and the range; None if it is accepted."""
         if self.choices and value not in self.choices:
             return f"{self.name}: {value!r} is not one of {', '.join(self.choices)}"
         if isinstance(value, bool) or not isinstance(value, int | float):

@@ -5,11 +5,11 @@ STREAM, for every command and measurement: reliable, because a lost 100 Hz sampl
 nothing here is large; ten deep, 100 ms of a 100 Hz stream, so that a short stall loses nothing and a long one
 does not deliver old commands; volatile, because an old sample is worthless to a node that starts.
 
-LATCHED, for what is said once and holds until changed (target_displacement): transient local, one deep.
+LATCHED, for a value that holds until it is changed (target_displacement): transient local, one deep.
 
-No deadline, lifespan or liveliness: a subscriber that asks for one does not hear a publisher that offers none
-(``ros2 topic pub``, ``ros2 bag play``, Foxglove), their clocks know nothing of simulated time, and deadline
-events come only after a first sample. Each node judges the age of what it received instead, on its own clock.
+No deadline, lifespan or liveliness: a subscriber that asks for one receives nothing from a publisher that offers none
+(``ros2 topic pub``, ``ros2 bag play``, Foxglove), their clocks know nothing of simulated time, and deadline events
+come only after a first sample. Instead each node judges the age of what it received on its own clock.
 Publishers here offer what any subscriber asks for by default: ``ros2 topic echo``, bags and Foxglove need no
 QoS options.
 """

@@ -11,11 +11,17 @@ T = TypeVar("T")
 class TimedValue(Generic[T]):
     """The newest value received strictly before a given time.
 
-    Nodes tick together, on multiples of their period. Whether the message of tick k arrives before or after
-    the receiver's own tick k is then a race, in lockstep simulated time as in real time; with "strictly
-    before" its outcome does not matter: a value is used one tick later, always, and the same seed gives the
-    same recording. Times [s] are the node clock's and never fall; when they do all the same (a simulation
-    starts again), what was held is forgotten.
+    Nodes tick together, on multiples of their period. Whether the message of tick k arrives before or after the
+    receiver's own tick k is a race, on simulated time as in real time. "Strictly before" makes its outcome irrelevant:
+    a value is always used one tick later, and the same seed gives the same recording. Times [s] are those of the
+    node's clock. If they ever fall (a simulation starts again), every value is forgotten.
+
+    Example
+    -------
+    >>> power_w: TimedValue[float] = TimedValue()
+    >>> power_w.put(1.5, t_s=0.01)
+    >>> power_w.get(0.01) is None, power_w.get(0.02)
+    (True, 1.5)
     """
 
     def __init__(self, limit: int = 1000) -> None:
@@ -30,13 +36,13 @@ class TimedValue(Generic[T]):
         self._waiting.append((t_s, value))
 
     def get(self, t_s: float) -> T | None:
-        """The newest value received strictly before ``t_s``; None where there is none."""
+        """The newest value received strictly before ``t_s``; None if there is no such value."""
         while self._waiting and self._waiting[0][0] < t_s:
             self._current = self._waiting.popleft()
         return None if self._current is None else self._current[1]
 
     def age(self, t_s: float) -> float:
-        """How long before ``t_s`` [s] the value of the last ``get`` was received; infinite without one."""
+        """Age [s] at ``t_s`` of the value that the last ``get`` returned; infinite if it returned None."""
         return math.inf if self._current is None else t_s - self._current[0]
 
     def clear(self) -> None:

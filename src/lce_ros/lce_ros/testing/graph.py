@@ -1,19 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A real ROS graph for tests: own domain, conditions with time-outs, not sleeps; lockstep, processes."""
+"""Nodes under test on a ROS graph: own domain, simulated time tick by tick, conditions with time-outs, no sleeps."""
 
-import fcntl
 import os
-import random
-import re
-import socket
 import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -24,7 +18,9 @@ from rclpy.utilities import try_shutdown
 from rosgraph_msgs.msg import Clock
 
 from lce_ros.conversions import to_stamp
+from lce_ros.domain import free_domain
 from lce_ros.node import BenchNode
+from lce_ros.testing.processes import end, kill, start
 
 
 @dataclass
@@ -85,16 +81,16 @@ class Graph:
 
     def until(self, condition: Callable[[], Any], timeout_s: float = 10.0, what: str = "the condition") -> Any:
         """Spin until the condition holds; AssertionError after the time-out."""
-        end = time.monotonic() + timeout_s
+        deadline = time.monotonic() + timeout_s
         while not (result := condition()):
-            assert time.monotonic() < end, f"{what} did not come true within {timeout_s:g} s"
+            assert time.monotonic() < deadline, f"{what} did not come true within {timeout_s:g} s"
             self.executor.spin_once(timeout_sec=0.02)
         return result
 
     def spin_for(self, duration_s: float) -> None:
-        """Spin through a stretch of real time."""
-        end = time.monotonic() + duration_s
-        while (left := end - time.monotonic()) > 0.0:
+        """Spin for ``duration_s`` [s] of real time."""
+        deadline = time.monotonic() + duration_s
+        while (left := deadline - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
 
     def connect(self) -> None:
@@ -133,44 +129,23 @@ class Graph:
             sent.update(node.published)
         return all(count >= sent[topic] for node in self.nodes for topic, count in node.received.items())
 
-    def start(self, module: str, *, code: str | None = None, **parameters: Any) -> subprocess.Popen[str]:
+    def start(self, module: str, *, code: str | None = None, **parameters: Any) -> "subprocess.Popen[str]":
         """Run a node module (or Python ``code``) as a process of its own, in this domain and namespace."""
-        options = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
-        what = ("-m", module) if code is None else ("-c", code)
-        process = subprocess.Popen(
-            [sys.executable, *what, "--ros-args", "-r", "__ns:=/lce", *options],
-            env=os.environ | {"ROS_DOMAIN_ID": str(self.domain)},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        process = start(self.domain, module, code, parameters)
         self.processes.append(process)
         return process
 
     @staticmethod
     def kill(process: "subprocess.Popen[str]") -> None:
         """SIGKILL, and clear away the shared memory that a killed process leaves behind."""
-        maps = Path(f"/proc/{process.pid}/maps").read_text(encoding="utf-8")
-        process.kill()
-        process.wait(timeout=5)
-        for segment in set(re.findall(r"/dev/shm/fastrtps_[0-9a-f]{16}", maps)):
-            with suppress(OSError), Path(f"{segment}_el").open("ab") as lock:
-                # Who lives holds the lock of a segment of its own; this raises where somebody does.
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                Path(f"{segment}_el").unlink()
-                Path(segment).unlink()
+        kill(process)
 
     def close(self) -> None:
         """Close the nodes and end the processes."""
         for node in self.nodes:
             node.close()
         for process in self.processes:
-            if process.poll() is None:
-                process.terminate()
-            try:
-                process.communicate(timeout=5)
-            except subprocess.TimeoutExpired:
-                self.kill(process)
+            end(process)
         self.executor.shutdown(timeout_sec=1.0)
         for node in self.nodes:
             node.destroy_node()
@@ -180,23 +155,9 @@ class Graph:
 @contextmanager
 def graph() -> Iterator[Graph]:
     """A graph in a domain of its own, closed at the end; as a fixture: ``with graph() as g: yield g``."""
-    with _own_domain() as domain:
+    with free_domain() as domain:
         g = Graph(domain)
         try:
             yield g
         finally:
             g.close()
-
-
-@contextmanager
-def _own_domain() -> Iterator[int]:
-    """A ROS domain that is marked as taken, by its TCP port, as `lce run` marks the ones that it uses."""
-    for domain in random.sample(range(1, 101), 100):
-        with socket.socket() as mark:
-            try:
-                mark.bind(("127.0.0.1", 22119 + domain))
-            except OSError:
-                continue
-            yield domain
-            return
-    raise RuntimeError("no free ROS domain between 1 and 100")
