@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.comparison.compare import as_json, compare
 from lce_analysis.comparison.residuals import autocorrelation, cross_correlation, profile
-from lce_data.channels import DISPLACEMENT
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
 from lce_data.units import KELVIN

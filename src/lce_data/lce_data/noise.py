@@ -36,6 +36,6 @@ def noise_floor(series: Series) -> float:
 
 
 def sensor_noise(runs: Sequence[Run], channels: Iterable[Channel]) -> dict[Channel, float]:
-    """RMS noise of each channel over all runs that measured it [SI]; channels that none of them measured are left out."""
+    """RMS noise of each channel over the runs that measured it [SI], without the channels that none of them measured."""
     floors = {c: [noise_floor(run.series[c]) for run in runs if c in run.series] for c in channels}
     return {c: float(np.sqrt(np.mean(np.square(values)))) for c, values in floors.items() if values}

@@ -11,7 +11,7 @@ from lce_data.channels import CHANNELS, DISPLACEMENT, POWER, SENSORS, TEMPERATUR
 def test_units_go_there_and_back(channel: Channel) -> None:
     values = np.array([0.001, 1.0, 300.0])
     for unit in (channel.recorded, channel.display):
-        np.testing.assert_allclose(unit.to_si(unit.from_si(values)), values, rtol=1e-12)
+        np.testing.assert_allclose(unit.to_si(unit.from_si(values)), values, rtol=1e-12, atol=1e-9)
 
 
 def test_a_channel_is_the_same_object_behind_a_pickle() -> None:
