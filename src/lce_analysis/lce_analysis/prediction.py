@@ -93,7 +93,7 @@ def excited(run: Run) -> bool:
 
 
 def _at_rest(run: Run) -> Floats:
-    """Temperatures before the laser is first on, at most ten; the first one where it is on at once."""
+    """Temperatures before the laser is first on, at most ten; only the first if it is on at once."""
     if run.temperature is None:
         return np.empty(0)
     time, value = run.temperature.time_s, run.temperature.value
@@ -106,7 +106,7 @@ def _at_rest(run: Run) -> Floats:
 def simulation_input(run: Run, model: Model) -> SimulationInput:
     """Lay a run out on the grid of its laser power (of its temperature, where no power was recorded).
 
-    LceError where the run lacks what the model needs, or is of a strip of another length.
+    Raises LceError if the run lacks what the model needs, or is of a strip of another length.
     """
     if "strip.length" in model and run.strip_length_m not in (None, model["strip.length"]):
         raise LceError(
@@ -232,7 +232,7 @@ class Prediction:
 
 
 def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
-    """Simulate the run with the model; LceError where the run lacks what the model needs.
+    """Simulate the run with the model. Raises LceError if the run lacks what the model needs.
 
     With ``drive="measured"`` the measured temperature, smoothed, drives the T→d stage, and only the displacement is
     predicted by the model.

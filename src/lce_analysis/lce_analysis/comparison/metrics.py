@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures of misfit of the seed: fractions, not percent, of series of the same shape (n,)."""
+"""Measures of misfit, as Wu (2021) defines them: fractions, not percent, of series of the same shape (n,)."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -31,7 +31,7 @@ class Diagnosis:
     """What is missing, and how that was found.
 
     before, model : refitted to the runs without any addition, and with what was accepted.
-    steps : the additions in their order; scores : of the first examination, one per effect of the library.
+    steps : the additions in their order; scores : of the first score test, one per effect of the library.
     aliases : for each effect, those that look like it in these data.
     runs : how many it was found from.
     rest : what the residual still depends on, strongest first.
@@ -172,7 +172,7 @@ def _verdict(structured: bool, added: bool, doubtful: bool) -> Verdict:
 
 
 def errors(model: Model, runs: Sequence[Run]) -> Errors:
-    """NRMSE over all the runs together; None where nothing was measured."""
+    """NRMSE over all the runs together; None for a channel that was not measured."""
     modelled: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     measured: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     for run in runs:
@@ -206,8 +206,8 @@ def _in_words(found: Diagnosis) -> list[str]:
 
 def _step_in_words(step: Step) -> str:
     name, *others = step.alias_set
-    told = f"{name} is missing: with it the squared error falls by {step.actual_reduction:.0%}"
-    told += f" ({step.predicted_reduction:.0%} was predicted before the refit)."
+    words = f"{name} is missing: with it the squared error falls by {step.actual_reduction:.0%}"
+    words += f" ({step.predicted_reduction:.0%} was predicted before the refit)."
     if others:
-        told += f" These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
-    return told
+        words += f" These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
+    return words

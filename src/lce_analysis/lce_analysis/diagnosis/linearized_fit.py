@@ -22,24 +22,24 @@ MAX_STEP: Final = 0.5
 
 
 def in_noise(observed: Sequence[ObservedSeries], noise: Mapping[Channel, Noise]) -> tuple[ObservedSeries, ...]:
-    """The observed in units of their sensor's noise, not whitened."""
+    """The series in units of their sensor's noise, not whitened."""
     return tuple(replace(b, weight=1.0 / noise[b.channel].rms, whitening=np.ones(1)) for b in observed)
 
 
 def whitened(observed: Sequence[ObservedSeries], noise: Mapping[Channel, Noise]) -> tuple[ObservedSeries, ...]:
-    """The observed in units of the innovations of their sensor's noise."""
+    """The series in units of the innovations of their sensor's noise."""
     return tuple(
         replace(b, weight=1.0 / noise[b.channel].sigma, whitening=noise[b.channel].whitening) for b in observed
     )
 
 
 def raw(observed: Sequence[ObservedSeries]) -> tuple[ObservedSeries, ...]:
-    """The observed in the units of their sensors."""
+    """The series in the SI units of their sensors."""
     return tuple(replace(b, weight=1.0, whitening=np.ones(1)) for b in observed)
 
 
 def gram(table: Floats, observed: Sequence[ObservedSeries], runs: int) -> Floats:
-    """Inner products (runs, m, m) of raw rows (m, N), weighted as the observed say."""
+    """Inner products (runs, m, m) of raw rows (m, N), weighted by the weights and filters of the series."""
     found = np.zeros((runs, table.shape[0], table.shape[0]))
     end = 0
     for b in observed:

@@ -47,7 +47,7 @@ class Dependence:
 
 @dataclass(frozen=True)
 class _Seen:
-    """Covariates (n,) at the samples of one block, with its residual and the run's number."""
+    """Covariates (n,) at the samples of one series, with its residual and the run's number."""
 
     run: int
     residual: Floats
@@ -93,7 +93,7 @@ def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
 
 def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> dict[str, Floats]:
     grid = problem.inputs[run].time_s
-    block = next(b for b in problem.observed if b.run == run and b.channel is channel)
+    series = next(b for b in problem.observed if b.run == run and b.channel is channel)
     temperature = out[:, STATE["temperature"]]
     rate = np.gradient(temperature, grid)
     direction = out[:, STATE["direction"]]
@@ -101,7 +101,7 @@ def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> di
     turns = np.concatenate([[0.0], np.cumsum(np.diff(heating) > 0.0)])
 
     def sampled(values: Floats) -> Floats:
-        return np.asarray(block.sampling(values))
+        return np.asarray(series.sampling(values))
 
     warm = sampled(temperature)
     rising = sampled(heating) > 0.0
@@ -121,7 +121,7 @@ def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> di
         moved = (
             driven.simulate(problem.model, vector, start)[0, :, STATE["displacement"]] - out[:, STATE["displacement"]]
         )
-        found[UNPREDICTED_HEAT] = sampled(moved) if block.keep is None else sampled(moved) * block.keep
+        found[UNPREDICTED_HEAT] = sampled(moved) if series.keep is None else sampled(moved) * series.keep
     return found
 
 

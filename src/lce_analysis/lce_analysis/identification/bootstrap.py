@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Intervals without a linearisation: the fit repeated on data that could have been measured as well.
 
-Each draw is what the fitted model says plus its own residuals, taken in stretches from anywhere in the same series
-(moving observed, Künsch 1989): their correlation stays, their place does not.
+Each draw is what the fitted model says plus its own residuals, taken in blocks from anywhere in the same series
+(moving blocks, Künsch 1989): their correlation stays, their place does not.
 """
 
 from contextlib import suppress
@@ -21,8 +21,8 @@ from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
 
-STRETCH: Final = 4.0
-"""Length of a stretch in correlation times of the residual."""
+BLOCK: Final = 4.0
+"""Length of a block in correlation times of the residual."""
 ITERATIONS: Final = 30
 """Of each refit, from the optimum of the data as measured."""
 
@@ -84,10 +84,10 @@ def _draw(problem: Problem, seed: int, i: int, draws: int, progress: Progress) -
     return drawn.split(optimum.variables)[0]
 
 
-def _redrawn(block: ObservedSeries, residual: Floats, rng: np.random.Generator) -> ObservedSeries:
-    """The block, measured anew; ``residual`` (n,) is weighted, model minus measurement."""
+def _redrawn(series: ObservedSeries, residual: Floats, rng: np.random.Generator) -> ObservedSeries:
+    """The series, measured anew; ``residual`` (n,) is weighted, model minus measurement."""
     n = residual.size
-    length = min(n, int(np.ceil(STRETCH * correlation_time(residual))))
+    length = min(n, int(np.ceil(BLOCK * correlation_time(residual))))
     begins = rng.integers(0, n - length + 1, -(-n // length))
     error = (residual - residual.mean())[(begins[:, None] + np.arange(length)).ravel()[:n]]
-    return replace(block, measured=block.measured + (residual - error) / block.weight)
+    return replace(series, measured=series.measured + (residual - error) / series.weight)

@@ -241,7 +241,7 @@ class _Search:
         return Problem(self.model, full, free, np.zeros(len(full)), observed_series(full, sigma))
 
     def _best_of(self, problem: Problem, guesses: list[Floats], label: str) -> Optimum:
-        """Least squares from several starts, those that fall behind given up early."""
+        """Least squares from several starts, those that lag behind given up early."""
         ranked: list[Optimum] = []
         for keep, iterations in HALVING:
             reached = [o.variables for o in ranked] or guesses
@@ -269,12 +269,12 @@ class _Search:
         too, and a search that has not come down to the noise is repeated from another population.
         """
         reach = [float(np.ptp(b.measured)) for b in problem.observed]
-        block = problem.observed[int(np.argmax(reach))]
+        widest = problem.observed[int(np.argmax(reach))]
         one = replace(
-            problem, inputs=[problem.inputs[block.run]], starts_k=np.zeros(1), observed=(replace(block, run=0),)
+            problem, inputs=[problem.inputs[widest.run]], starts_k=np.zeros(1), observed=(replace(widest, run=0),)
         )
-        samples = self.inputs[block.run].time_s.size
-        enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * block.weight
+        samples = self.inputs[widest.run].time_s.size
+        enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * widest.weight
         best: Optimum | None = None
         reached: list[float] = []
         for attempt in range(self.options.evolutions):

@@ -191,8 +191,8 @@ class Problem:
             for i in range(len(self.inputs)):
                 start = np.full(rows.shape[0], self.starts_k[i])
                 mine = [b for b in self.observed if b.run == i]
-                for block, modelled in zip(mine, self._modelled(i, rows, start), strict=True):
-                    total += np.sum((modelled - block.weighted(block.measured)) ** 2, axis=1)
+                for series, modelled in zip(mine, self._modelled(i, rows, start), strict=True):
+                    total += np.sum((modelled - series.weighted(series.measured)) ** 2, axis=1)
             return np.sqrt(total / self.size)
 
         rms = np.concatenate(list(_POOL.map(work, range(0, free.shape[0], chunk))))

@@ -33,7 +33,7 @@ class Profile:
     """The rise of the misfit over one parameter.
 
     values : (n,) of the parameter, rising. rise : (n,) of χ² above its least value, others fitted.
-    low, high : ends of the interval at the level, None where it is open within the bounds of the search.
+    low, high : ends of the interval at the level, None if it is open within the bounds of the search.
     """
 
     key: str
@@ -130,7 +130,7 @@ def _as_part(progress: Progress, n: int) -> Progress:
 
 
 def _crossing(points: list[tuple[float, float]], threshold: float) -> float | None:
-    """Where the rise passes the threshold, by interpolating its root; None where it does not."""
+    """Where the rise passes the threshold, by interpolating its root; None if it does not."""
     (near, below), (far, above) = points[-2:]
     if above <= threshold:
         return None

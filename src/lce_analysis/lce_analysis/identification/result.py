@@ -29,7 +29,7 @@ class FitResult:
 
     model : with the values found, their standard errors, and the record of the fit.
     starts_k : start temperature [K] of each run.
-    identifiability : of the free parameters, None where the fit was interrupted before it.
+    identifiability : of the free parameters, None if the fit was interrupted before it.
     evaluations : simulations of the whole data set.
     problem : the least squares that it solves, standing at its optimum; what profiles and error bands start from.
     """
@@ -59,7 +59,7 @@ class FitResult:
 
 
 def _uncertainty(problem: Problem) -> Identifiability:
-    """Standard errors from the Jacobian at the optimum, each block scaled by its own residual and correlation."""
+    """Standard errors from the Jacobian at the optimum, each series scaled by its own residual and correlation."""
     variables = problem.first()
     jacobian = calibrated(problem).jacobian(variables, central=True)
     k, c = len(problem.free), problem.transformation

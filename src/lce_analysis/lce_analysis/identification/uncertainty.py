@@ -36,7 +36,7 @@ def correlation_time(residual: Floats) -> float:
 def calibrated(problem: Problem) -> Problem:
     """The problem with weights by which the residuals at its variables count as independent ones of variance 1.
 
-    Each block by its own RMS residual and correlation time: model error counts as correlated noise. Samples around a
+    Each series by its own RMS residual and correlation time: model error counts as correlated noise. Samples around a
     jump of the model do not count: a time constant moves the jump, and would seem known to the time of one sample.
     """
     problem = without_discontinuities(problem)
