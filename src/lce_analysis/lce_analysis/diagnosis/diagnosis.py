@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
-from lce_analysis.diagnosis.score_test import Score
+from lce_analysis.diagnosis.score import Score
 from lce_analysis.diagnosis.search import Search, Step
 from lce_analysis.diagnosis.structure import Dependence, dependences, in_words, unlike_noise
 from lce_analysis.options import DiagnoseOptions

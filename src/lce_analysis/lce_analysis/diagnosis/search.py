@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, in_noise, refit
-from lce_analysis.diagnosis.score_test import Score, ScoreTestResult, score_test
+from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.whitening import Noise
 from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.identify import check_runs

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import linearised, refit
-from lce_analysis.diagnosis.score_test import score_test
+from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import with_effect
 from lce_analysis.diagnosis.whitening import Noise
 from lce_analysis.experiment_design.waves import random_wave, varied_wave, wave_from_text, wave_text
