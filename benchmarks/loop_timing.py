@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_experiment import graph
+from lce_experiment import registry
 from lce_experiment.domain import own_domain
 from lce_model import default_model
 from lce_model.inverse import InverseChart
@@ -134,15 +134,15 @@ def measure(folder: Path, duration_s: float) -> dict[str, dict[str, Any]]:
 def _commands(temperature_c: float) -> list[list[str]]:
     """Command lines of all nodes but the drivers."""
     gains = {
-        graph.OUTER: {"kp": KP_OUT, "ki": 0.0, "kd": 0.0, "filter_s": 0.0, "horizon_s": 0.0},
-        graph.INNER: {"kp": KP_IN, "ki": 0.0, "kd": 0.0, "filter_s": 0.0, "horizon_s": 0.0},
-        graph.FEEDFORWARD: {},
-        graph.BENCH[0]: {},
+        registry.OUTER: {"kp": KP_OUT, "ki": 0.0, "kd": 0.0, "filter_s": 0.0, "horizon_s": 0.0},
+        registry.INNER: {"kp": KP_IN, "ki": 0.0, "kd": 0.0, "filter_s": 0.0, "horizon_s": 0.0},
+        registry.FEEDFORWARD: {},
+        registry.BENCH[0]: {},
     }
     ours = []
     for spec, values in gains.items():
         words = [word for name, value in values.items() for word in ("-p", f"{name}:={value!r}")]
-        ours.append([*graph.python(spec), "--ros-args", "-r", f"__ns:={graph.NAMESPACE}", *words])
+        ours.append([*spec.command, "--ros-args", "-r", f"__ns:={registry.NAMESPACE}", *words])
     bare = [[sys.executable, "-c", EMPTY, f"empty{k}", f"e{k}", f"e{k + 1}"] for k in range(2)]
     topics = ("/lce/target_displacement", "/lce/temperature")
     return [*ours, *bare, [sys.executable, "-c", OPERATOR, "operator", *topics, repr(temperature_c)]]

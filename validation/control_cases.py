@@ -19,7 +19,7 @@ from lce_control.pid import Gains, Limits
 from lce_control.time_optimal import fastest_power_w
 from lce_control.tuning.closed_loop import PERIOD_S, ClosedLoop, run
 from lce_data.units import KELVIN
-from lce_experiment.graph import config_file
+from lce_experiment.config import config_file
 from lce_model import Model, Stepper, load_model
 
 Floats = NDArray[np.float64]

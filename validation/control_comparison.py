@@ -24,7 +24,7 @@ from lce_app.cli.main import main as lce
 from lce_control.step_metrics import StepMetrics, step_metrics
 from lce_control.tuning.closed_loop import ClosedLoop
 from lce_data.topics import TARGET
-from lce_experiment.positioning.judge import read_series
+from lce_experiment.positioning.outcome import read_series
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURE = ROOT / "docs" / "control_comparison.md", ROOT / "docs" / "pictures" / "control.svg"

@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
-from lce_experiment import graph
+from lce_experiment import config, registry
 from lce_experiment.runners.lockstep import Lockstep
 from lce_model import default_model, save_model
 from lce_ros.conversions import from_stamp, to_stamp
@@ -37,13 +37,13 @@ class Bench:
             "feedforward": {"model_file": str(folder / "strip.yaml"), "branch": "actual"},
             "model_controller": {"model_file": str(folder / "strip.yaml")},
         }
-        for name, content in yaml.safe_load(graph.config_file("control.yaml").read_text()).items():
+        for name, content in yaml.safe_load(config.config_file("control.yaml").read_text()).items():
             given.setdefault(name.removeprefix("/**/"), {}).update(content["ros__parameters"])
         for name, values in parameters.items():
             given.setdefault(name, {}).update(values)
         self.nodes = {
-            spec.name: g.add(graph.node_class(spec), sim_time=True, **given.get(spec.name, {}))
-            for spec in (*graph.BENCH, *graph.CONTROLLERS[mode])
+            spec.name: g.add(spec.load(), sim_time=True, **given.get(spec.name, {}))
+            for spec in (*registry.BENCH, *registry.CONTROLLERS[mode])
         }
         self.operator = g.probe("operator", sim_time=True)
         self.targets = self.operator.advertise(Float64, "target_displacement", latched=True)
@@ -82,7 +82,7 @@ def control(g: Graph, mode: str, folder: Path, **parameters: dict[str, Any]) -> 
         b.steps.close()
 
 
-@pytest.mark.parametrize("mode", graph.CONTROLLERS)
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_a_target_is_reached_and_held(bench: Graph, tmp_path: Path, mode: str) -> None:
     with control(bench, mode, tmp_path) as b:
         d = b.follow(TARGET_M, 60.0)
@@ -91,7 +91,7 @@ def test_a_target_is_reached_and_held(bench: Graph, tmp_path: Path, mode: str) -
     assert power.max() <= 2.0 and power[-1] > 0.0
 
 
-@pytest.mark.parametrize("mode", graph.CONTROLLERS)
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_the_same_seed_gives_the_same_loop(bench: Graph, tmp_path: Path, mode: str) -> None:
     powers = []
     with ros_graph() as other:
@@ -113,11 +113,11 @@ def test_setpoint_and_command_come_in_100_hz_and_in_the_tick_of_the_sensor(bench
     np.testing.assert_allclose(stamps, times["temperature_setpoint"], atol=1e-6)
 
 
-@pytest.mark.parametrize("mode", graph.CONTROLLERS)
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_a_target_out_of_reach_is_refused_with_the_range_and_the_last_one_stays(
     bench: Graph, tmp_path: Path, mode: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    [node] = [spec.name for spec in graph.CONTROLLERS[mode] if spec in graph.FOLLOWERS]
+    [node] = [spec.name for spec in registry.CONTROLLERS[mode] if spec in registry.TARGET_LISTENERS]
     with control(bench, mode, tmp_path) as b:
         b.follow(9.0e-3, 2.0)
         assert set(b.heard["laser/power"].data) == {0.0}
@@ -154,7 +154,7 @@ def test_without_a_fresh_measurement_zero_is_commanded(bench: Graph, tmp_path: P
 )
 def test_nonsense_at_the_inner_loop_is_zero_power(bench: Graph, setpoint_c: float, ahead_s: float, lit: bool) -> None:
     """A setpoint that is no number, or a temperature of another clock's future, which would never become stale."""
-    bench.add(graph.node_class(graph.INNER), sim_time=True)
+    bench.add(registry.INNER.load(), sim_time=True)
     operator = bench.probe("operator", sim_time=True)
     setpoints, camera = (operator.advertise(Temperature, topic) for topic in ("temperature_setpoint", "temperature"))
     commands = bench.hear(Float64, "laser/power_command", operator)

@@ -9,7 +9,7 @@ from control_cases import MODES, follower, known, play, steps, trajectory
 from lce_control.step_metrics import step_metrics
 from lce_control.tuning.requirements import Requirements, check
 from lce_control.tuning.tasks import INNER, OUTER, SINGLE, ModelBench
-from lce_experiment import graph
+from lce_experiment import config, registry
 
 
 def test_a_case_has_its_targets_in_time() -> None:
@@ -20,7 +20,7 @@ def test_a_case_has_its_targets_in_time() -> None:
 
 
 def test_every_mode_of_the_bench_is_compared() -> None:
-    assert set(MODES) == set(graph.CONTROLLERS)
+    assert set(MODES) == set(registry.CONTROLLERS)
     for mode in MODES:
         follower(mode, known())
 
@@ -46,9 +46,9 @@ def test_with_the_gains_of_control_yaml_the_bars_are_met(mode: str) -> None:
 
 def test_the_gains_of_control_yaml_are_those_of_the_default_strip() -> None:
     """They meet what `lce tune` requires of them there."""
-    content = yaml.safe_load(graph.config_file("control.yaml").read_text(encoding="utf-8"))
+    content = yaml.safe_load(config.config_file("control.yaml").read_text(encoding="utf-8"))
     gains = {node: content[f"/**/{node}"]["ros__parameters"] for node in (INNER, OUTER, SINGLE)}
-    bench, wanted = ModelBench.of(known(), graph.laser_limit_w()), Requirements()
+    bench, wanted = ModelBench.of(known(), config.laser_limit_w()), Requirements()
     double, single = bench.double().tuned(gains), bench.single().tuned(gains)
     check(double, wanted)
     check(single, wanted)

@@ -13,7 +13,7 @@ import yaml
 from ament_index_python.packages import get_package_prefix
 from run_command import read, until
 
-from lce_experiment import graph
+from lce_experiment import registry
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
@@ -34,18 +34,18 @@ def compose(file: str = "compose.yaml") -> dict[str, Any]:
 
 def test_there_is_a_service_for_every_node() -> None:
     specs = {
-        *graph.BENCH,
-        graph.RECORDER,
-        graph.PLAYER,
-        *(spec for mode in graph.CONTROLLERS.values() for spec in mode),
+        *registry.BENCH,
+        registry.RECORDER,
+        registry.PLAYER,
+        *(spec for mode in registry.CONTROLLERS.values() for spec in mode),
     }
     assert set(compose()["services"]) == {spec.name for spec in specs}
 
 
-@pytest.mark.parametrize("mode", graph.CONTROLLERS)
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_a_profile_starts_the_controllers_of_its_mode(mode: str) -> None:
     own = {name for name, service in compose()["services"].items() if mode in service.get("profiles", [])}
-    assert own == {spec.name for spec in graph.CONTROLLERS[mode]} - {"feedforward"}
+    assert own == {spec.name for spec in registry.CONTROLLERS[mode]} - {"feedforward"}
 
 
 @pytest.mark.parametrize("name", compose()["services"])

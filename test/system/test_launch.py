@@ -11,7 +11,7 @@ import pytest
 import yaml
 from run_command import experiment, read
 
-from lce_experiment import graph
+from lce_experiment import registry
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
@@ -20,8 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 BRINGUP = ROOT / "src" / "lce_bringup"
 LAUNCH_FILES = sorted((BRINGUP / "launch").glob("*.launch.py"))
 CONFIG_FILES = sorted((BRINGUP / "config").glob("*.yaml"))
-CONTROLLERS = tuple(dict.fromkeys(spec for mode in graph.CONTROLLERS.values() for spec in mode))
-NODES = (*graph.BENCH, *CONTROLLERS, graph.RECORDER, graph.PLAYER)
+CONTROLLERS = tuple(dict.fromkeys(spec for mode in registry.CONTROLLERS.values() for spec in mode))
+NODES = (*registry.BENCH, *CONTROLLERS, registry.RECORDER, registry.PLAYER)
 
 
 def _console_scripts() -> dict[str, dict[str, str]]:
@@ -71,13 +71,13 @@ def test_configuration_is_for_nodes_that_exist(file: Path) -> None:
     assert all(set(entry) == {"ros__parameters"} for entry in content.values())
 
 
-@pytest.mark.parametrize("spec", [*graph.BENCH, *CONTROLLERS], ids=lambda spec: spec.name)
-def test_configured_parameters_are_declared_and_accepted(bench: Graph, spec: graph.NodeSpec) -> None:
+@pytest.mark.parametrize("spec", [*registry.BENCH, *CONTROLLERS], ids=lambda spec: spec.name)
+def test_configured_parameters_are_declared_and_accepted(bench: Graph, spec: registry.NodeSpec) -> None:
     parameters: dict[str, Any] = {}
     for name in ("bench.yaml", "simulated.yaml", "control.yaml"):
         content = yaml.safe_load((BRINGUP / "config" / name).read_text(encoding="utf-8"))
         parameters |= content.get(f"/**/{spec.name}", {}).get("ros__parameters", {})
-    node = bench.add(graph.node_class(spec), **parameters)
+    node = bench.add(spec.load(), **parameters)
     for name, value in parameters.items():
         assert node.get_parameter(name).value == value
 
@@ -101,7 +101,7 @@ def test_a_launch_file_is_a_launch_description(file: Path) -> None:
 
 def test_the_launch_file_of_control_knows_every_mode() -> None:
     text = (BRINGUP / "launch" / "control.launch.py").read_text(encoding="utf-8")
-    assert f"choices={[*graph.CONTROLLERS]}".replace("'", '"') in text
+    assert f"choices={[*registry.CONTROLLERS]}".replace("'", '"') in text
 
 
 @needs_launch

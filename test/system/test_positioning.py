@@ -12,9 +12,9 @@ from lce_app.cli import main as cli
 from lce_app.cli.commands.control import MODES
 from lce_control.step_metrics import step_metrics
 from lce_control.time_optimal import bang_bang
-from lce_experiment import graph, recording
-from lce_experiment.graph import config_file
-from lce_experiment.positioning.judge import check_reach
+from lce_experiment import recording, registry
+from lce_experiment.config import config_file
+from lce_experiment.positioning.reach import check_reach
 from lce_model import load_model, save_model
 from lce_model.inverse import OutOfReach
 
@@ -35,10 +35,10 @@ def _keep_handlers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_modes_are_those_that_have_controllers() -> None:
-    assert set(MODES) == set(graph.CONTROLLERS)
+    assert set(MODES) == set(registry.CONTROLLERS)
 
 
-@pytest.mark.parametrize("mode", graph.CONTROLLERS)
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_figures_and_pictures(mode: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     figures, page, strip_file = tmp_path / "figures.json", tmp_path / "page.html", tmp_path / "strip.yaml"
     strip = load_model(config_file("models/strip.yaml")).set({"lumped.gain": 66.0})

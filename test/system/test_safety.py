@@ -19,7 +19,7 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from lce_experiment import graph
+from lce_experiment import registry
 from lce_ros.testing import Graph
 from lce_ros.testing import graph as ros_graph
 
@@ -38,7 +38,7 @@ ENDS = [
     ("inner_controller", signal.SIGINT),
 ]
 """Who ends, and how; a sensor that is ended is as silent as one that is killed."""
-IN_A_RUN = (graph.PLAYER, graph.RECORDER, graph.BENCH[3])
+IN_A_RUN = (registry.PLAYER, registry.RECORDER, registry.BENCH[3])
 """Who ends in an open-loop run: the one that commands, and two to which nothing in the way of the power listens."""
 
 
@@ -80,7 +80,7 @@ class Bench:
 
     def __init__(self, bench: Graph, mode: str) -> None:
         self.bench = bench
-        self.specs = {spec.name: spec for spec in (*graph.BENCH, *graph.CONTROLLERS[mode])}
+        self.specs = {spec.name: spec for spec in (*registry.BENCH, *registry.CONTROLLERS[mode])}
         self.processes: dict[str, subprocess.Popen[str]] = {}
         operator = bench.probe("operator")
         self.reset = operator.create_client(Trigger, "laser/reset")
@@ -142,7 +142,7 @@ def test_a_killed_camera_is_a_fault_that_only_a_reset_clears(double: Bench) -> N
 
 
 @pytest.mark.parametrize("spec", IN_A_RUN, ids=lambda spec: spec.name)
-def test_the_end_of_any_node_of_a_run_is_zero_power(tmp_path: Path, spec: graph.NodeSpec) -> None:
+def test_the_end_of_any_node_of_a_run_is_zero_power(tmp_path: Path, spec: registry.NodeSpec) -> None:
     with started("run", "hold:power=1.0,hold=60,rest=0", "--out", str(tmp_path / "bag")) as run:
         (pid,) = until(lambda: run.processes(spec.module), spec.name)
         bench = Graph(_domain(pid))

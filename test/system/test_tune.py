@@ -10,7 +10,7 @@ from lce_app.cli import main as cli
 from lce_control.tuning import search as tuning
 from lce_control.tuning import tasks as tuning_tasks
 from lce_control.tuning.tasks import INNER, OUTER, SINGLE
-from lce_experiment.graph import config_file, default_strip
+from lce_experiment.config import config_file, default_strip
 from lce_model import load_model, save_model
 
 

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from lce_data.topics import RECORDED
-from lce_experiment.graph import NAMESPACE
+from lce_experiment.registry import NAMESPACE
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 

@@ -12,7 +12,7 @@ from lce_data import __version__
 from lce_report import Axis, Curve, Grid, Lines, Section, Table, render
 
 if TYPE_CHECKING:
-    from lce_experiment.positioning.judge import Positioning
+    from lce_experiment.positioning.outcome import Positioning
 
 HEAD = ("target [mm]", "rise to 80 % [s]", "its limit [s]", "overshoot", "settling in 2 % [s]", "RMSE after 30 s",
         "energy [J]")  # fmt: skip

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +12,20 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from lce_experiment.graph import Plan, node_class
+from lce_data.progress import Progress
+from lce_experiment.plan import Plan
 from lce_experiment.runners.lockstep import Lockstep
 from lce_ros.node import BenchNode
 from lce_ros.signals import stop_signals
 
-_TELL_TICKS = 100
+_REPORT_TICKS = 100
+"""Ticks between two reports of progress: a second of simulated time."""
 _AFTER_TICKS = 5
 """Ticks after the player's last zero: so long it takes through laser and simulator to the sensors."""
 
 
-def run_fast(plan: Plan, progress: Callable[[float], object]) -> None:
-    """Play and record `plan` as quickly as the machine can; `progress` is told the simulated seconds played.
+def run_fast(plan: Plan, progress: Progress) -> None:
+    """Play and record `plan` as quickly as the machine can; `progress` hears of the simulated seconds played.
 
     A stop signal is a KeyboardInterrupt between two ticks: within a call into rclpy it would be another error.
     The recorder is the last to be closed, however the run ends. Same plan, same file, byte for byte.
@@ -36,8 +37,8 @@ def run_fast(plan: Plan, progress: Callable[[float], object]) -> None:
         nodes: list[Any] = []
         try:
             for spec in plan.nodes:
-                nodes.append(node_class(spec)())  # noqa: PERF401  those made so far are closed if one fails
-            _play(nodes, stopped, progress)
+                nodes.append(spec.load()())  # noqa: PERF401  those made so far are closed if one fails
+            _play(plan, nodes, stopped, progress)
         finally:
             for node in nodes:
                 node.close()
@@ -45,7 +46,7 @@ def run_fast(plan: Plan, progress: Callable[[float], object]) -> None:
             try_shutdown()
 
 
-def _play(nodes: list[BenchNode], stopped: threading.Event, progress: Callable[[float], object]) -> None:
+def _play(plan: Plan, nodes: list[BenchNode], stopped: threading.Event, progress: Progress) -> None:
     player: Any = nodes[0]
     steps = Lockstep(nodes)
     try:
@@ -55,9 +56,9 @@ def _play(nodes: list[BenchNode], stopped: threading.Event, progress: Callable[[
                 raise KeyboardInterrupt
             steps.tick()
             count += 1
-            if count % _TELL_TICKS == 0:
-                progress(player.played_s)
-        progress(player.total_s)
+            if count % _REPORT_TICKS == 0:
+                plan.report(progress, player.played_s)
+        plan.report(progress, player.total_s)
         for _ in range(_AFTER_TICKS):
             steps.tick()
     finally:

@@ -6,17 +6,17 @@ from __future__ import annotations
 import os
 import selectors
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
-from lce_experiment.graph import Plan, python
+from lce_data.progress import Progress
+from lce_experiment.plan import Plan
 from lce_experiment.runners.processes import Processes
 
 _LOOK_S = 0.01
 
 
-def run_realtime(plan: Plan, progress: Callable[[float], object]) -> None:
-    """Play and record `plan`; `progress` is told the seconds played.
+def run_realtime(plan: Plan, progress: Progress) -> None:
+    """Play and record `plan`; `progress` hears of the seconds played.
 
     Raises LceError naming a node that ended early. However it ends, the player goes first and the recorder
     last, so that the laser's last zero is still recorded and the bag is finished.
@@ -24,8 +24,8 @@ def run_realtime(plan: Plan, progress: Callable[[float], object]) -> None:
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder, Processes(Path(folder)) as nodes:
         arguments = plan.ros_arguments(Path(folder) / "parameters.yaml")
         for spec in reversed(plan.nodes[1:]):
-            nodes.start(spec.name, [*python(spec), *arguments])
-        player = nodes.start(plan.player.name, [*python(plan.player), *arguments], pipe=True)
+            nodes.start(spec.name, [*spec.command, *arguments])
+        player = nodes.start(plan.player.name, [*plan.player.command, *arguments], pipe=True)
         assert player.stdout is not None
         with selectors.DefaultSelector() as selector:
             selector.register(player.stdout, selectors.EVENT_READ)
@@ -37,7 +37,7 @@ def run_realtime(plan: Plan, progress: Callable[[float], object]) -> None:
                         break
                     *lines, rest = (rest + data).split(b"\n")
                     for line in lines:
-                        progress(float(line))
+                        plan.report(progress, float(line))
                 nodes.check(but=plan.player.name)
         nodes.stop(plan.player.name, after_s=5.0)
         nodes.check()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What became of a positioning experiment: its bag as series and figures."""
+"""What a positioning experiment achieved: its bag as series and figures."""
 
 from __future__ import annotations
 
@@ -15,20 +15,19 @@ from rosbags.highlevel import AnyReader
 
 from lce_control.step_metrics import StepMetrics, step_metrics
 from lce_control.time_optimal import bang_bang
+from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
-from lce_data.topics import TARGET
-from lce_experiment.graph import NAMESPACE
-from lce_model import Model, simulate
-from lce_model.inverse import HOTTEST_K, InverseChart, OutOfReach
+from lce_data.topics import TARGET, simulated_topic
+from lce_experiment.registry import NAMESPACE
+from lce_model import Model
 
 Floats = NDArray[np.float64]
 _NUMBERS = {"std_msgs/msg/Float64": "data", "sensor_msgs/msg/Temperature": "temperature"}
-_STEADY_S = 600.0
 
 
 @dataclass(frozen=True)
 class Positioning:
-    """A target and what the strip made of it, from the moment it was set.
+    """A target and the response of the strip, from the moment it was set.
 
     Attributes
     ----------
@@ -46,7 +45,7 @@ class Positioning:
     energy_j: float
 
     def as_json(self) -> dict[str, float | None]:
-        """As `lce control --json` has it: fractions of the target; null where there is no such time."""
+        """As `lce control --json` has it: fractions of the target; null for a time that was never reached."""
         figures = self.figures
         numbers = {
             "target_m": self.target_m,
@@ -60,37 +59,26 @@ class Positioning:
         return {name: float(f"{number:.6g}") if math.isfinite(number) else None for name, number in numbers.items()}
 
 
-def check_reach(strip: Model, target_m: float, max_power_w: float) -> None:
-    """Raise OutOfReach for a target [m] that the strip has on no branch, or for which the laser is too weak."""
-    if strip.deformation == "none":
-        raise LceError("a strip without a deformation stage has no displacement to control")
-    time_s = np.arange(0.0, _STEADY_S, 0.1)
-    hottest_k = float(simulate(strip, time_s, np.full_like(time_s, max_power_w)).temperature_k.max())
-    lower_m, upper_m = InverseChart(strip, hottest_k=min(hottest_k, HOTTEST_K)).reach_m("middle")
-    if not max(lower_m, 0.0) < target_m <= upper_m:
-        raise OutOfReach(target_m, max(lower_m, 0.0), upper_m)
-
-
-def judge(folder: Path, target_m: float, strip: Model, max_power_w: float) -> Positioning:
-    """Read the bag of a step to ``target_m`` [m] from rest, on ``strip`` (the bound is that of this model)."""
+def evaluate(folder: Path, target_m: float, strip: Model, max_power_w: float) -> Positioning:
+    """Figures of the bag of a step from rest to ``target_m`` [m]; the bang-bang bound is that of ``strip``."""
     series = read_series(folder)
-    missing = [topic for topic in ("displacement", "temperature", "laser/power", TARGET) if topic not in series]
+    missing = [topic for topic in (DISPLACEMENT.topic, TEMPERATURE.topic, POWER.topic, TARGET) if topic not in series]
     if missing:
         raise LceError(f"{folder}: nothing was recorded of {', '.join(missing)}")
     begin_s = series[TARGET][0][0]
     series = {topic: (time_s - begin_s, value) for topic, (time_s, value) in series.items()}
-    time_s, displacement_m = series.get("sim/displacement", series["displacement"])
+    time_s, displacement_m = series.get(simulated_topic(DISPLACEMENT), series[DISPLACEMENT.topic])
     after = time_s >= 0.0
     best = bang_bang(strip, target_m, 30.0, max_power_w)
-    power_time_s, power_w = series["laser/power"]
-    lit = np.clip(power_time_s, 0.0, None)
+    power_time_s, power_w = series[POWER.topic]
+    since_target_s = np.clip(power_time_s, 0.0, None)
     return Positioning(
         folder,
         target_m,
         series,
         step_metrics(time_s[after], displacement_m[after], target_m),
         step_metrics(best.time_s, best.displacement_m, target_m).rise_time_s,
-        float(np.sum(power_w[:-1] * np.diff(lit))),
+        float(np.sum(power_w[:-1] * np.diff(since_target_s))),
     )
 
 
