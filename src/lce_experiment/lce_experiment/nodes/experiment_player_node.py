@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node `experiment_player`: plays a protocol or a wave file as laser power, and ends.
 
-Publishes   laser/power_command  std_msgs/Float64, W, 100 Hz from the moment all are there
-Parameters  protocol     a PROTOCOL of `lce run --help`, one run: pulse:amp=0.2,th=30, or a wave.csv
-            wait_for_recorder  begin only when the recorder listens too, and not the laser alone
-            patience_s   s, how long it waits for them
-            lead_s       s, dark time before and after the waveform
-            progress     print the seconds played on stdout, for `lce run`
+Publishes   laser/power_command  std_msgs/Float64, W, 100 Hz, as soon as its listeners subscribe
+Subscribes  /diagnostics         diagnostic_msgs/DiagnosticArray: an error of the laser ends the player
+Parameters  protocol           a PROTOCOL of `lce run --help`, one run: pulse:amp=0.2,th=30, or a wave.csv
+            wait_for_recorder  wait for the laser and the recorder, not for the laser alone
+            patience_s         s, maximum time to wait for them
+            lead_s             s, dark time before and after the waveform
+            progress           print the seconds played on stdout, for `lce run`
 
-The sample that is sent is the one that belongs to the time on the node's clock, so a late timer does not
-stretch the waveform. After the last one come zeros, then the process ends with status 0.
+The player sends the sample that belongs to the time on the node's clock, so a late timer does not stretch the
+waveform. After the last sample come zeros, then the process ends with status 0.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class ExperimentPlayer(Player):
 
     def __init__(self, on_finish: Callable[[], object] = lambda: None, **options: Any) -> None:
         super().__init__("experiment_player", on_finish, **options)
-        text = self.declare("protocol", "", "protocol or path of a wave.csv", read_only=True)
-        recorded = self.declare("wait_for_recorder", False, "begin only with the recorder", read_only=True)
+        text = self.declare("protocol", "", "protocol of one run, or path of a wave.csv", read_only=True)
+        recorded = self.declare("wait_for_recorder", False, "wait for the recorder too", read_only=True)
         if not text:
             raise LceError("experiment_player: parameter protocol is empty; give a protocol or a wave.csv")
         self._wave = protocols.one(text)
@@ -42,7 +43,7 @@ class ExperimentPlayer(Player):
         self.begin(self._wave.duration_s, {COMMAND: ["laser", "recorder"] if recorded else ["laser"]})
 
     def close(self) -> None:
-        """Leave the laser with a zero, however it ends."""
+        """Leave the laser with a zero, however the player ends."""
         if not self.finished and self.context.ok():
             self._command.publish(Float64(data=0.0))
         super().close()

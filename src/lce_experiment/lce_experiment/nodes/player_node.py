@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the nodes that play an experiment share: they wait until all are there, keep time, and end."""
+"""What the nodes that play an experiment share: they wait for their listeners, keep time, and end."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -14,16 +15,16 @@ _REPORT_S = 0.25
 
 
 class Player(BenchNode):
-    """A node that acts from the moment its listeners are there, for a time that it knows, and then is finished.
+    """A node that plays for a known time, from the moment its listeners subscribe, and then is finished.
 
-    A fault of the laser in its namespace is its end: what follows would be recorded in the dark.
+    A fault of the laser in its namespace ends it: the rest would be recorded in the dark.
 
-    Declares patience_s, lead_s and progress. `begin` is called once by the subclass, `play` by the base 100 times a
-    second with the time since the beginning; what lies before 0 and after `duration_s` is the lead.
+    Declares patience_s, lead_s and progress. The subclass calls `begin` once; the base calls `play` 100 times a second
+    with the time since the beginning. Times before 0 and after `duration_s` are the lead.
 
     Attributes
     ----------
-    played_s, total_s : seconds played, leads included, and how many there will be.
+    played_s, total_s : seconds played and seconds in all, leads included.
     finished : whether it is over.
     """
 
@@ -31,12 +32,18 @@ class Player(BenchNode):
         super().__init__(name, **options)
         self._on_finish = on_finish
         self._patience_s = self.declare(
-            "patience_s", 30.0, "how long it waits for its listeners", unit="s", lower=0.0, read_only=True
+            "patience_s", 30.0, "maximum time to wait for the listeners", unit="s", lower=0.0, read_only=True
         )
         self._lead_s = self.declare(
-            "lead_s", 0.5, "dark time before and after", unit="s", lower=0.1, upper=600.0, read_only=True
+            "lead_s",
+            0.5,
+            "time before the beginning and after the end",
+            unit="s",
+            lower=0.1,
+            upper=600.0,
+            read_only=True,
         )
-        self._progress = self.declare("progress", False, "print the seconds played", read_only=True)
+        self._progress = self.declare("progress", False, "print the seconds played on stdout", read_only=True)
         self._asked_s: float | None = None
         self._began_s: float | None = None
         self._reported_s = 0.0
@@ -47,11 +54,13 @@ class Player(BenchNode):
     def begin(self, duration_s: float, listeners: Mapping[str, Sequence[str]]) -> None:
         """Play for ``duration_s`` [s] once the nodes named in ``listeners`` subscribe to its topics."""
         self.total_s = duration_s + 2 * self._lead_s
-        self._listeners = {self.resolve_topic_name(topic): names for topic, names in listeners.items()}
+        self._listeners = {
+            (self.resolve_topic_name(topic), name) for topic, names in listeners.items() for name in names
+        }
         self.every(1 / RATE_HZ, self._tick)
 
     def play(self, time_s: float) -> None:
-        """Do what belongs to ``time_s`` [s]."""
+        """Publish what is due at ``time_s`` [s] since the beginning."""
         raise NotImplementedError
 
     def _stop(self, error: str) -> None:
@@ -75,27 +84,27 @@ class Player(BenchNode):
             self._on_finish()
 
     def _all_listen(self, now_s: float) -> bool:
-        """Whether the nodes to wait for subscribe. Raises LceError when patience is over."""
+        """Whether every listener subscribes. Raises LceError when patience is over."""
         if self._asked_s is None:
             self._asked_s = now_s
-        missing = [
-            name
-            for topic, names in self._listeners.items()
-            for here in [self._subscribers(topic)]
-            for name in names
-            if name not in here
-        ]
-        matched = all(p.get_subscription_count() >= len(self._listeners.get(p.topic_name, ())) for p in self.publishers)
-        if not missing and matched:
+        missing = self._listeners - self._subscribers()
+        if not missing and self._matched():
             return True
         if now_s - self._asked_s > self._patience_s:
-            waited = ", ".join(dict.fromkeys(missing or [n for names in self._listeners.values() for n in names]))
-            raise LceError(f"{self.get_name()}: no {waited} after {self._patience_s:g} s")
+            names = ", ".join(sorted({name for _, name in missing or self._listeners}))
+            raise LceError(f"{self.get_name()}: no {names} after {self._patience_s:g} s")
         return False
 
-    def _subscribers(self, topic: str) -> set[str]:
+    def _subscribers(self) -> set[tuple[str, str]]:
+        """Topic and node of every subscription in this namespace to a topic that has listeners."""
         return {
-            info.node_name
+            (topic, info.node_name)
+            for topic in {topic for topic, _ in self._listeners}
             for info in self.get_subscriptions_info_by_topic(topic)
             if info.node_namespace == self.get_namespace()
         }
+
+    def _matched(self) -> bool:
+        """Whether the publishers have found as many subscriptions as there are listeners: only these get a message."""
+        wanted = Counter(topic for topic, _ in self._listeners)
+        return all(p.get_subscription_count() >= wanted[p.topic_name] for p in self.publishers)

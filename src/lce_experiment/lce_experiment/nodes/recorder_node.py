@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node `recorder`: the topics of the bench, as they come over the wire, into a rosbag2 folder (MCAP).
+"""Node `recorder`: writes the topics of the bench, as they come over the wire, into a rosbag2 folder (MCAP).
 
 Subscribes  every topic of parameter `topics`, raw
 Parameters  out             folder of the recording; must not exist; empty: runs/DATE-TIME
-            topics          names, relative or absolute; "name pkg/msg/Type" for one the bench does not know
-            after           topics that must have come before it listens to laser/power_command, a second later: a
-                            player that waits for the recorder then waits until everything arrives
-            flush_period_s  s, how often messages go to the operating system: what a kill -9 can cost
+            topics          names, relative or absolute; "name pkg/msg/Type" for one that lce_data.topics lacks
+            after           topics that must have a message before the recorder subscribes to laser/power_command, a
+                            second later: a player that waits for the recorder so waits until everything arrives
+            flush_period_s  s, how often messages go to the operating system: the most that a kill -9 can cost
             experiment      JSON object, the beginning of experiment.yaml beside the bag
 
-The log time of a message is the node's clock when it came, the publish time its source's stamp (under
-simulated time both are the node's clock).
+The log time of a message is the node's clock at its arrival, the publish time the stamp of its source. On simulated
+time both are the node's clock.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ from lce_ros.node import BenchNode, run
 from lce_ros.qos import LATCHED, deeper
 
 _QUEUE = 1000
-"""Messages the middleware keeps while this process is kept from reading: 10 s at 100 Hz."""
+"""Messages that the middleware keeps while this process cannot read: 10 s at 100 Hz."""
 _SETTLE_S = 1.0
-"""From the last of ``after`` to the command: processes that find each other keep each other from their work, and what
-is a fault of the laser once somebody commands it (no temperature for half a second) is none before."""
+"""From the first message of the last topic of ``after`` to the subscription to commands. Processes that are finding
+each other delay each other, and half a second without a temperature is a fault once somebody commands the laser."""
 
 
 @dataclass(frozen=True)
@@ -57,29 +57,13 @@ class _Stream:
 
 
 class Recorder(BenchNode):
-    """Raw messages in, rosbag2 folder out; see the module for topics and parameters."""
+    """Takes raw messages and writes a rosbag2 folder."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("recorder", **options)
-        out = self.declare("out", "", "folder of the recording; must not exist", read_only=True)
-        topics = self.declare("topics", list(RECORDED), "what is recorded", read_only=True)
-        flush_s = self.declare(
-            "flush_period_s",
-            0.25,
-            "how often messages are flushed",
-            unit="s",
-            lower=0.01,
-            upper=1.0,
-            read_only=True,
-        )
-        self._after = {
-            self.resolve_topic_name(topic)
-            for topic in self.declare("after", [""], "topics to hear before the command", read_only=True)
-            if topic
-        }
-        about = _object(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True))
+        out, topics, after, about, flush_s = self._declare_parameters()
         streams = [self._stream(entry) for entry in topics]
-        self._after &= {stream.name for stream in streams}
+        self._after = {self.resolve_topic_name(topic) for topic in after if topic} & {s.name for s in streams}
         self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
         self._bag = BagWriter(self.folder)
         self._about = {**about, "started": experiment.now()}
@@ -109,8 +93,31 @@ class Recorder(BenchNode):
             experiment.write(self.folder, self._about)
         super().close()
 
+    def _declare_parameters(self) -> tuple[str, list[str], list[str], dict[str, Any], float]:
+        """Values of out, topics, after, experiment and flush_period_s [s]."""
+        return (
+            self.declare("out", "", "folder of the recording; must not exist; empty: runs/DATE-TIME", read_only=True),
+            self.declare("topics", list(RECORDED), "topics to record", read_only=True),
+            self.declare(
+                "after",
+                [""],
+                "topics that must have a message before the recorder subscribes to commands",
+                read_only=True,
+            ),
+            _object(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)),
+            self.declare(
+                "flush_period_s",
+                0.25,
+                "how often messages go to the operating system",
+                unit="s",
+                lower=0.01,
+                upper=1.0,
+                read_only=True,
+            ),
+        )
+
     def _stream(self, entry: str) -> _Stream:
-        """What an entry of the parameter `topics` stands for. Raises LceError where there is no such type."""
+        """What an entry of the parameter `topics` stands for. Raises LceError if its type is unknown."""
         topic, _, type_name = entry.strip().partition(" ")
         type_name = type_name.strip() or RECORDED.get(topic, "")
         if len(type_name.split("/")) != 3:
@@ -139,7 +146,7 @@ class Recorder(BenchNode):
         self._count_lost(topic, info["publication_sequence_number"])
 
     def _count_lost(self, topic: str, number: int) -> None:
-        """Notice gaps in the numbers that a publisher gives its messages; several on one topic mix theirs."""
+        """Count gaps in the numbers that a publisher gives its messages; not where several share a topic."""
         if topic not in self._lost:
             return
         last = self._numbers.get(topic, number - 1)

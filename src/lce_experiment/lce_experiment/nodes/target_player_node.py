@@ -2,14 +2,15 @@
 """Node `target_player`: sets targets at their times, and ends.
 
 Publishes   target_displacement  std_msgs/Float64, m, latched, on change
-Parameters  time_s       s, when each target is set; rising, from 0
-            target_m     m, the targets
-            duration_s   s, when it ends
-            wait_for     nodes that must listen to the targets
-            wait_for_recorder  begin only when the recorder has heard the sensors
-            patience_s   s, how long it waits for them
-            lead_s       s, time without a target before, and with the last one after
-            progress     print the seconds played on stdout, for `lce control`
+Subscribes  /diagnostics         diagnostic_msgs/DiagnosticArray: an error of the laser ends the player
+Parameters  time_s             s, when each target is set; rising, from 0
+            target_m           m, the targets
+            duration_s         s, when the last one ends
+            wait_for           nodes that must subscribe to the targets
+            wait_for_recorder  wait until the recorder has a message of each sensor
+            patience_s         s, maximum time to wait for them
+            lead_s             s, time without a target before, and with the last one after
+            progress           print the seconds played on stdout, for `lce control`
 
 The controllers bring the power to zero when they end.
 """
@@ -31,24 +32,28 @@ from lce_ros.node import run
 
 
 class TargetPlayer(Player):
-    """Plays targets that are held until the next."""
+    """Plays targets, each held until the next."""
 
     def __init__(self, on_finish: Callable[[], object] = lambda: None, **options: Any) -> None:
         super().__init__("target_player", on_finish, **options)
         self._time_s = np.array(self.declare("time_s", [0.0], "when each target is set [s]", read_only=True))
         self._target_m = np.array(self.declare("target_m", [0.0], "targets [m]", read_only=True))
-        duration_s = self.declare("duration_s", 60.0, "when it ends", unit="s", lower=0.0, read_only=True)
-        wait_for = [name for name in self.declare("wait_for", [""], "who must listen", read_only=True) if name]
-        recorded = self.declare("wait_for_recorder", False, "begin only with the recorder", read_only=True)
+        duration_s = self.declare("duration_s", 60.0, "when the last target ends", unit="s", lower=0.0, read_only=True)
+        wait_for = [
+            name
+            for name in self.declare("wait_for", [""], "nodes that must subscribe to the targets", read_only=True)
+            if name
+        ]
+        recorded = self.declare("wait_for_recorder", False, "wait for the recorder too", read_only=True)
         if self._time_s.size != self._target_m.size or (np.diff(self._time_s) <= 0.0).any():
             raise LceError("target_player: needs one target for each time, and times that rise")
         self._set: float | None = None
         self._target = self.advertise(Float64, TARGET, latched=True)
-        # The recorder listens to commands once it has heard the sensors.
+        # The recorder subscribes to commands once it has a message of each sensor.
         self.begin(duration_s, {TARGET: wait_for, COMMAND: ["recorder"] if recorded else []})
 
     def play(self, time_s: float) -> None:
-        """Set the target of ``time_s`` if it is another one."""
+        """Publish the target of ``time_s`` [s] if it is another one."""
         row = int(np.searchsorted(self._time_s, time_s + 1e-6, side="right")) - 1
         if row >= 0 and self._target_m[row] != self._set:
             self._set = float(self._target_m[row])

@@ -27,8 +27,8 @@ _AFTER_TICKS = 5
 def run_fast(plan: Plan, progress: Progress) -> None:
     """Play and record `plan` as quickly as the machine can; `progress` hears of the simulated seconds played.
 
-    A stop signal is a KeyboardInterrupt between two ticks: within a call into rclpy it would be another error.
-    The recorder is the last to be closed, however the run ends. Same plan, same file, byte for byte.
+    A stop signal becomes a KeyboardInterrupt between two ticks: within a call into rclpy it would be another error.
+    However the run ends, the recorder is closed last. The same plan gives the same file, byte for byte.
     """
     stopped = threading.Event()
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder, stop_signals(stopped.set):

@@ -30,13 +30,13 @@ START_NS = 1_000_000_000
 """Where simulated time begins; zero would mean "not set" to ROS."""
 _PATIENCE_S = 10.0
 _SERVICE_TICKS = 100
-"""How often, in ticks, the services that processes outside may call are looked after."""
+"""Ticks between two looks at the service calls of other processes."""
 
 
 class Lockstep:
-    """Drive `nodes`, made with use_sim_time, one tick at a time. `now_ns` is the present simulated time.
+    """Drives nodes, made with use_sim_time, one tick at a time. ``now_ns`` is the present simulated time [ns].
 
-    Raises LceError where the nodes do not find each other or a message or an answer does not arrive in 10 s.
+    Raises LceError if the nodes do not find each other, or a message or an answer does not arrive, within 10 s.
     """
 
     def __init__(self, nodes: Sequence[BenchNode]) -> None:

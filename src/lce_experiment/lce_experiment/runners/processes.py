@@ -19,9 +19,9 @@ _LIBC = ctypes.CDLL(None)  # loaded before any fork
 
 
 class Processes:
-    """Started children by name; leaving the context ends them, the one that was started first last.
+    """Children by name; leaving the context ends them, the first started last.
 
-    What they print goes to a file each in `logs`, and its last line into the error if one dies.
+    Each child prints into a file of its own in `logs`; if it dies, the error shows the last line of that file.
     """
 
     def __init__(self, logs: Path) -> None:
@@ -45,16 +45,16 @@ class Processes:
         return self._running[name]
 
     def check(self, but: str = "") -> None:
-        """Raise LceError if a child has ended; not the one that `but` names, which may."""
+        """Raise LceError if a child has ended, except the one that `but` names."""
         for name, process in self._running.items():
             status = process.poll()
             if status is not None and name != but:
                 raise LceError(f"{name} ended early ({_how(status)}){self._last_words(name)}")
 
     def stop(self, name: str, after_s: float = 0.0) -> None:
-        """End one child, gently, and firmly if it does not; `after_s` is how long it may end by itself.
+        """End one child: wait `after_s` [s] for it to end by itself, then SIGINT, SIGTERM and SIGKILL in turn.
 
-        Raises LceError where it ended with an error.
+        Raises LceError if it ended with an error.
         """
         process = self._running.pop(name)
         waits = [

@@ -18,8 +18,8 @@ _LOOK_S = 0.01
 def run_realtime(plan: Plan, progress: Progress) -> None:
     """Play and record `plan`; `progress` hears of the seconds played.
 
-    Raises LceError naming a node that ended early. However it ends, the player goes first and the recorder
-    last, so that the laser's last zero is still recorded and the bag is finished.
+    Raises LceError naming a node that ended early. However the run ends, the player ends first and the recorder last,
+    so that the laser's last zero is recorded and the bag is finished.
     """
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder, Processes(Path(folder)) as nodes:
         arguments = plan.ros_arguments(Path(folder) / "parameters.yaml")
