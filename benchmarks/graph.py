@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node graph in real time: samples missed by topic, latency and jitter, beside a bare rclpy pair.
 
-    python test/benchmarks/graph.py [--duration 600] [--json FILE]
+    python benchmarks/graph.py [--duration 600] [--json FILE]
 
 Every node is a process, as in `lce run`; the bare publisher and subscriber (Float64, 100 Hz, reliable) run at
 the same time in a domain of their own, so that both are measured on the same machine in the same minutes.

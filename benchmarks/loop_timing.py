@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The double loop in real time: jitter of the commands and latency from sensor to command, beside empty nodes.
 
-    python test/benchmarks/loop_timing.py [--duration 60] [--json FILE]
+    python benchmarks/loop_timing.py [--duration 60] [--json FILE]
 
 Two chains of the same length run at the same time, every node a process, each behind a source that sends another number
 every 10 ms and notes which of them comes out at the end and when:

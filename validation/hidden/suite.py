@@ -30,8 +30,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from strip import HIDDEN, OUTSIDE, STRENGTH, Body, measure
 
-from lce_analysis.design.design import Limits, design
 from lce_analysis.diagnosis import diagnose
+from lce_analysis.experiment_design.design import Limits, design
 from lce_analysis.identification import fit
 from lce_analysis.prediction import predict
 from lce_data.errors import LceError
@@ -226,7 +226,7 @@ def table(results: list[dict[str, Any]]) -> str:
 
 HEAD = """# Hidden effects
 
-Written by `make hidden HIDDEN="--seeds {seeds}"`: strips of `test/hidden/strip.py`, which shares no code with the
+Written by `make hidden HIDDEN="--seeds {seeds}"`: strips of `validation/hidden/strip.py`, which shares no code with the
 product, each with something hidden; the model that is diagnosed is `lumped` + `equilibrium`. The misfit is what the
 fitted model leaves beyond the sensor noise, as √(rms² - noise²)/noise of the worse sensor.
 """

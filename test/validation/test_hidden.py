@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A small fixed part of the hidden-effect suite (`make hidden` runs it all), and the strip that it is made of."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent / "hidden"))
-
 from strip import HIDDEN, OUTSIDE, STRENGTH, Body, measure
 from suite import Case, gates, judge
 
