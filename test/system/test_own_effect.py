@@ -92,7 +92,7 @@ def test_a_model_file_finds_its_effect_wherever_it_is_read_from(folder: Path, mo
         ("import Parameter", "import Parametre", "ImportError: cannot import name 'Parametre'"),
         ("+ b * power", "+ b * light_of_day", "step cannot be compiled: NameError: name 'light_of_day' is not defined"),
         ("+ b * power", ", b * power", "step returns UniTuple(float64 x 2), but has to return a number each for"),
-        ("+ b * power", "+ b * power + 1.0", "at b = 0 it changes measured_temperature_k"),
+        ("+ b * power", "+ b * power + 1.0", "at b = 0 it changes measured_temperature"),
         ("+ b * power", "+ 0.0 * b", "at b = 0.3 it changes nothing"),
         ("+ b * power", "+ b * power / (b - 0.3)", "at b = 0.3 it gives what is not a number"),
         ('name="glare"', 'name="lumped"', "the model has a term lumped already"),

@@ -2,12 +2,14 @@
 """Run a model: over a whole input at once, or step by step as a live strip."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_model.kernel.compose import RECORDED, SIGNAL_INDEX
 from lce_model.model import Floats, Model
@@ -15,20 +17,61 @@ from lce_model.model import Floats, Model
 NO_DRIVE: Floats = np.empty(0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A simulated run, all arrays of shape (n,); NaN where the model has no such stage.
+    """A simulated run: every recorded signal at every time.
 
-    direction is +1 on the heating branch and -1 on the cooling branch; measured_* is what sensors without noise show.
+    ``trajectory[channel]`` is what a sensor without noise reports, (n,) in the SI unit of the channel.
+
+    Attributes
+    ----------
+    time_s : (n,) [s].
+    signals : the signals of :data:`lce_model.kernel.compose.RECORDED` by name, each (n,) in the unit of
+        :data:`lce_model.terms.SIGNALS`; NaN where the model has no such stage.
     """
 
     time_s: Floats
-    temperature_k: Floats
-    displacement_m: Floats
-    order: Floats
-    direction: Floats
-    measured_temperature_k: Floats
-    measured_displacement_m: Floats
+    signals: Mapping[str, Floats]
+
+    def __getitem__(self, channel: Channel) -> Floats:
+        return self.signals[_output(channel)]
+
+    @property
+    def temperature_k(self) -> Floats:
+        """Temperature of the strip, (n,) [K]."""
+        return self.signals["temperature"]
+
+    @property
+    def displacement_m(self) -> Floats:
+        """Displacement of the strip, (n,) [m]."""
+        return self.signals["displacement"]
+
+    @property
+    def order(self) -> Floats:
+        """Mean order parameter, (n,)."""
+        return self.signals["order"]
+
+    @property
+    def direction(self) -> Floats:
+        """+1 on the heating branch and -1 on the cooling branch, (n,)."""
+        return self.signals["direction"]
+
+    @property
+    def measured_temperature_k(self) -> Floats:
+        """Temperature that a camera without noise reports, (n,) [K]."""
+        return self[TEMPERATURE]
+
+    @property
+    def measured_displacement_m(self) -> Floats:
+        """Displacement that a distance sensor without noise reports, (n,) [m]."""
+        return self[DISPLACEMENT]
+
+
+def _output(channel: Channel) -> str:
+    """The signal that the sensor of a channel reports."""
+    if channel.output is None:
+        raise LceError(f"{channel.name} is an input of the model, not something that it predicts")
+    return channel.output
 
 
 def _checked_time(time_s: ArrayLike) -> Floats:
@@ -71,7 +114,7 @@ def simulate(
     out = np.empty((time.size, len(RECORDED)))
     start = _start_temperature(model, initial_temperature_k) if temperature_k is None else float(drive[0])
     model.kernel.run(time, power, drive, start, deadband_k, model.vector, out)
-    return Trajectory(time, *(np.ascontiguousarray(column) for column in out.T))
+    return Trajectory(time, {name: np.ascontiguousarray(out[:, i]) for i, name in enumerate(RECORDED)})
 
 
 def _start_temperature(model: Model, initial_temperature_k: float | None) -> float:
@@ -137,12 +180,16 @@ class Stepper:
     @property
     def measured_temperature_k(self) -> float:
         """What a camera without noise shows now [K]."""
-        return self.signal("measured_temperature")
+        return self.measured(TEMPERATURE)
 
     @property
     def measured_displacement_m(self) -> float:
         """What a distance sensor without noise shows now [m]."""
-        return self.signal("measured_displacement")
+        return self.measured(DISPLACEMENT)
+
+    def measured(self, channel: Channel) -> float:
+        """What the sensor of a channel, without noise, reports now [SI]; NaN if the model does not predict it."""
+        return self.signal(_output(channel))
 
     def signal(self, name: str) -> float:
         """A signal of the model now [SI], by its name in :data:`lce_model.terms.SIGNALS`; NaN without its stage."""

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
+from lce_data.channels import SENSORS
 from lce_data.errors import LceError
 
 Stage = Literal["surroundings", "light", "heat", "order", "strain", "sensor"]
@@ -33,7 +34,7 @@ SIGNALS: Final[dict[str, str]] = {
     "transition_spread": "K, standard deviation of the transition temperature over the domains, from effects",
     "deadband": "K, reversals of the temperature smaller than this are taken for noise",
     "direction": "+1 on the heating branch, -1 on the cooling branch",
-    "path_from": "K, beginning of the stretch of the temperature path that this step adds",
+    "path_from": "K, beginning of the part of the temperature path that this step adds",
     "path_to": "K, its end",
     "fraction": "1, share x of the molecules in the nematic well",
     "well_order": "1, order parameter Q3 of the nematic well",
@@ -41,10 +42,20 @@ SIGNALS: Final[dict[str, str]] = {
     "reference_order": "1, mean order parameter at which the stretch is 1",
     "stretch": "1, deformation coefficient lambda (3.1)",
     "displacement": "m, contraction of the strip, positive upwards (6.8)",
-    "measured_temperature": "K, what an ideal camera reports after effects of the sensor",
-    "measured_displacement": "m, what an ideal distance sensor reports after effects of the sensor",
+} | {
+    channel.output: f"{channel.unit}, {channel.name} that a sensor without noise reports, after effects of the sensor"
+    for channel in SENSORS
+    if channel.output is not None
 }
-"""Every quantity that terms can read or write, with its unit."""
+"""Every quantity that terms can read or write, with its unit. Each sensor adds its own (:mod:`lce_data.channels`)."""
+
+SENSOR_INPUT: Final[dict[str, str | None]] = {
+    channel.output: channel.name if channel.name in SIGNALS else None
+    for channel in SENSORS
+    if channel.output is not None
+}
+"""The signal that each sensor measures, by the signal that it reports: the one with the name of its channel. None where
+the model has no such signal: the sensor reports NaN unless a term writes what it reports."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from numba.core.errors import NumbaError
 from numba.core.types import Number
 
 from lce_data.errors import LceError
-from lce_model.terms import SIGNALS, Stage, Term
+from lce_model.terms import SENSOR_INPUT, SIGNALS, Stage, Term
 
 AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
     "surroundings": ("ambient = temperature",),
@@ -43,18 +43,11 @@ AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
         "transition_spread = 0.0",
     ),
     "strain": ("order = fraction * well_order",),
-    "sensor": ("measured_temperature = temperature", "measured_displacement = displacement"),
+    "sensor": tuple(f"{output} = {measured or 'NAN'}" for output, measured in SENSOR_INPUT.items()),
 }
-"""What a signal is before the terms of a stage have their say."""
+"""The value of each signal before the terms of a stage change it."""
 
-RECORDED: Final[tuple[str, ...]] = (
-    "temperature",
-    "displacement",
-    "order",
-    "direction",
-    "measured_temperature",
-    "measured_displacement",
-)
+RECORDED: Final[tuple[str, ...]] = ("temperature", "displacement", "order", "direction", *SENSOR_INPUT)
 """The signals that a simulation returns, in the order of their columns."""
 
 
@@ -80,14 +73,17 @@ SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)
 
 
 def _call(term: Term, initial: bool) -> list[str]:
-    """Generated code: results = function(arguments), left out at run time where the term is idle."""
+    """Generated code: results = function(arguments).
+
+    The call is skipped at run time while the term is idle, unless the term alone says what a sensor reports.
+    """
     kind = "start" if initial and term.start is not None else "step"
     names = [*(p.name for p in term.parameters), *term.states, *dict(term.arrays), *dict(term.vectors)]
     own = {name: f"{term.name}__{name}" for name in names}
     arguments = ", ".join(own.get(a, a) for a in inspect.signature(getattr(term, kind)).parameters)
     targets = ", ".join([own[s] for s in term.states] + list(term.outputs))
     call = f"{targets} = {term.name}_{kind}({arguments})"
-    if initial or not term.idle_at:
+    if initial or not term.idle_at or any(SENSOR_INPUT.get(name, name) is None for name in term.outputs):
         return [call]
     return [f"if {' or '.join(f'{own[name]} != {value!r}' for name, value in term.idle_at.items())}:", f"    {call}"]
 
