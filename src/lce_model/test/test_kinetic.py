@@ -216,6 +216,7 @@ def test_the_clamp_cools_its_end(uniform: Model) -> None:
     np.testing.assert_allclose(order, np.mean(orders, axis=0), atol=0.02 * order[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cold_end", "tau"), [(0.13, 16.0), (0.17, 28.0)])
 @pytest.mark.parametrize("turns_s", [(1.0, 21.0, 60.0, 80.0), (1.0, 13.0, 30.0, 36.0, 44.0, 60.0)])
 def test_its_temperatures_are_those_of_a_fin(turns_s: tuple[float, ...], cold_end: float, tau: float) -> None:
@@ -251,6 +252,7 @@ def test_its_temperatures_are_those_of_a_fin(turns_s: tuple[float, ...], cold_en
     assert error(np.outer(mean[50::50], np.ones(kinetic.FRONTS))) > 0.1, "none"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width_spread", [0.4, 0.8])
 @pytest.mark.parametrize("cold_end", [0.0, 0.13, 0.3])
 def test_its_few_fronts_stand_for_all_widths_and_places(model: Model, cold_end: float, width_spread: float) -> None:

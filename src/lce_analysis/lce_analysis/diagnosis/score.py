@@ -44,7 +44,7 @@ def directions(effect: Effect) -> list[Direction]:
     return [
         Direction(effect, {f"{effect.name}.{n}": x for n, x in zip(names, point, strict=True)}, step_size)
         for point in itertools.product(*(values for _, values in effect.grid))
-        for step_size in effect.steps
+        for step_size in effect.step_sizes
     ]
 
 

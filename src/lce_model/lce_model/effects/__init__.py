@@ -9,7 +9,7 @@ import importlib
 import importlib.util
 import pkgutil
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import InitVar, dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -18,7 +18,7 @@ from lce_data.errors import LceError
 from lce_model.terms import Parameter, Term
 
 SMALL = 1e-4
-"""Part of the range of a strength by which the effect of a smooth one is measured."""
+"""Step size of the strength of a smooth effect, in parts of its range."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,25 +27,31 @@ class Effect(Term):
 
     Attributes
     ----------
+    title : what people call it; the name with spaces if a user's file gives none.
+    meaning : what it does, in one line; the first line of the docstring if a user's file gives none.
     strength : name of the parameter that turns it on.
     null : its value at which nothing changes.
     typical : a value at which the effect can be seen.
     grid : for each other parameter that the diagnosis has to try out, its values.
-    nudges : changes of the strength by which the diagnosis measures the effect. Empty for a smooth effect; finite for
-        one without a derivative at its null value, such as backlash.
+    step_sizes : changes of the strength from its null value by which the diagnosis measures the effect. To be given
+        for an effect without a derivative there, such as backlash; by default 1e-4 of the range of the strength.
     place : the effects of one stage act in rising order of it, then by name, in whatever order they were added.
     path : of the file, for an effect of the user's own.
+    nudges : what ``step_sizes`` was called in effect files written for version 0.1.
     """
 
+    title: str = ""
+    meaning: str = ""
     strength: str
     null: float = 0.0
     typical: float
     grid: tuple[tuple[str, tuple[float, ...]], ...] = ()
-    nudges: tuple[float, ...] = ()
+    step_sizes: tuple[float, ...] = ()
     place: int = 0
     path: str = ""
+    nudges: InitVar[tuple[float, ...]] = ()
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, nudges: tuple[float, ...]) -> None:
         # super() does not work in a dataclass with slots.
         Term.__post_init__(self)
         names = [p.name for p in self.parameters]
@@ -61,6 +67,8 @@ class Effect(Term):
         for name, values in self.grid:
             for value in values:
                 self.parameter(name).check(value)
+        smooth = (SMALL * (strength.upper - self.null),)
+        object.__setattr__(self, "step_sizes", self.step_sizes or nudges or smooth)
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""
@@ -86,11 +94,6 @@ class Effect(Term):
         """Is the null value the end of the strength's range?"""
         return self.parameter(self.strength).lower >= self.null
 
-    @property
-    def steps(self) -> tuple[float, ...]:
-        """The nudges, or the small one of a smooth effect."""
-        return self.nudges or (SMALL * (self.parameter(self.strength).upper - self.null),)
-
 
 @cache
 def library() -> dict[str, Effect]:
@@ -101,9 +104,9 @@ def library() -> dict[str, Effect]:
 
 
 def find(name: str) -> Effect:
-    """An effect of the library by name, or the user's own by the path of its file (``*.py``).
+    """An effect of the library by its name, or the user's own by the path of its file (``*.py``).
 
-    LceError names what is known, or what is missing in the file.
+    Raises LceError if there is no such effect, naming those that there are, or if the file is wrong, saying how.
     """
     if name.endswith(".py"):
         return _from_file(Path(name).resolve())
@@ -126,7 +129,7 @@ def _from_file(path: Path) -> Effect:
         spec.loader.exec_module(module)
     except LceError as error:
         raise LceError(f"{path}: {error}") from None
-    # Whatever a user's file does wrong is told as one line with its place.
+    # A user's file may raise anything; the user reads one line that says where and what.
     except Exception as error:
         raise LceError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
     return replace(_effect_of(module, str(path)), path=str(path))
@@ -136,4 +139,6 @@ def _effect_of(module: ModuleType, where: str) -> Effect:
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise LceError(f"{where}: defines no EFFECT = Effect(...)")
-    return effect
+    first_line = (module.__doc__ or effect.equation).strip().partition("\n")[0]
+    title = effect.title or effect.name.replace("_", " ")
+    return replace(effect, title=title, meaning=effect.meaning or first_line)

@@ -20,6 +20,8 @@ def step(ambient: float, dt: float, elapsed: float, rate: float) -> tuple[float,
 
 EFFECT = Effect(
     name="ambient_drift",
+    title="ambient drift",
+    meaning="the surroundings warm up or cool down during the run",
     stage="surroundings",
     equation="T_env(t) = T_env + r t",
     parameters=(

@@ -21,6 +21,8 @@ def step(displacement: float, held: float, width: float) -> tuple[float, float]:
 
 EFFECT = Effect(
     name="backlash",
+    title="backlash",
+    meaning="play between strip and load: the load moves once the play is used up",
     stage="strain",
     equation="d_b = min(max(d_b, d - b), d + b)",
     parameters=(Parameter("width", "m", 0.0, 0.0, 3e-4, "half-width of the play b", "plausible, no source found"),),
@@ -31,5 +33,5 @@ EFFECT = Effect(
     strength="width",
     typical=5e-5,
     place=1,
-    nudges=(1e-5, 5e-5, 2e-4),
+    step_sizes=(1e-5, 5e-5, 2e-4),
 )

@@ -57,6 +57,8 @@ def step(
 
 EFFECT = Effect(
     name="camera_lag",
+    title="camera lag",
+    meaning="the camera shows the temperature late",
     stage="sensor",
     equation="tau dy/dt = T - y, T_meas(t) = y(t - delay)",
     parameters=(
@@ -70,6 +72,6 @@ EFFECT = Effect(
     step=step,
     strength="tau",
     typical=0.3,
-    nudges=(0.05,),
+    step_sizes=(0.05,),
     place=1,
 )

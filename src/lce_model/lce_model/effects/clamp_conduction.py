@@ -36,6 +36,8 @@ def step(
 
 EFFECT = Effect(
     name="clamp_conduction",
+    title="heat into the clamps",
+    meaning="the clamps take up heat, warm up and give it back",
     stage="heat",
     equation="dT/dt = ... - G/mc (T - T_c), tau_c dT_c/dt = s (T - T_env) - (T_c - T_env)",
     parameters=(

@@ -24,6 +24,8 @@ def step(
 
 EFFECT = Effect(
     name="creep",
+    title="creep",
+    meaning="part of the contraction arrives late",
     stage="strain",
     equation="d -> (1 - share) d + share d_c, tau_v dd_c/dt = d - d_c",
     parameters=(

@@ -21,6 +21,8 @@ def step(measured_displacement: float, dt: float, elapsed: float, rate: float) -
 
 EFFECT = Effect(
     name="displacement_drift",
+    title="drift of the distance sensor",
+    meaning="the reading of the distance sensor drifts with time",
     stage="sensor",
     equation="d_meas = d + r t",
     parameters=(Parameter("rate", "m/s", 0.0, -1e-5, 1e-5, "drift r", "plausible, no source found"),),

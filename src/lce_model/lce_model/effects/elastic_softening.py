@@ -17,6 +17,8 @@ def step(stretch: float, temperature: float, sag: float, t_e: float, t_0: float)
 
 EFFECT = Effect(
     name="elastic_softening",
+    title="softening",
+    meaning="the hot strip is softer and sags under its load",
     stage="strain",
     equation="lambda -> lambda + sigma/E0 (exp((T - T0)/T_E) - 1)",
     parameters=(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera assumes another emissivity: T_meas - T_env = (1 - e)(T - T_env).
 
-In the residual: hardly anything, for the gain and T* take its place; it is told as such.
+In the residual: hardly anything, because the gain and T* take its place; a fit reports it as not determined.
 """
 
 from lce_model.effects import Effect
@@ -15,6 +15,8 @@ def step(measured_temperature: float, ambient: float, error: float) -> float:
 
 EFFECT = Effect(
     name="emissivity_error",
+    title="emissivity error",
+    meaning="the camera assumes another emissivity than the strip has",
     stage="sensor",
     equation="T_meas = T - e (T - T_env)",
     parameters=(Parameter("error", "1", 0.0, -0.1, 0.1, "relative error e of the emissivity", "±2 % camera accuracy"),),

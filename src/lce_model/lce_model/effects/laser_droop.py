@@ -27,6 +27,8 @@ def step(light: float, dt: float, warmth: float, delta: float, tau: float) -> tu
 
 EFFECT = Effect(
     name="laser_droop",
+    title="laser droop",
+    meaning="the laser warms up and gives less power while it is on",
     stage="light",
     equation="P_L = P (1 - delta s), tau ds/dt = on - s",
     parameters=(

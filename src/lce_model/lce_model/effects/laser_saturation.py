@@ -22,6 +22,8 @@ def step(light: float, curvature: float, p_th: float) -> float:
 
 EFFECT = Effect(
     name="laser_saturation",
+    title="laser saturation",
+    meaning="at high power the laser gives less than it is asked for",
     stage="light",
     equation="P_L = (1 - exp(-c max(P - P_th, 0)))/c, c = 1/P_s",
     parameters=(

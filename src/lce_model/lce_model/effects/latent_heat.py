@@ -23,6 +23,8 @@ def step(
 
 EFFECT = Effect(
     name="latent_heat",
+    title="latent heat",
+    meaning="the phase transition takes up heat",
     stage="heat",
     equation="dT/dt = (...) c/(c + L g(T))",
     parameters=(

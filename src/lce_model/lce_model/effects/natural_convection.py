@@ -20,6 +20,8 @@ def step(heating: float, temperature_midway: float, ambient: float, loss_rate: f
 
 EFFECT = Effect(
     name="natural_convection",
+    title="natural convection",
+    meaning="the hotter the strip, the more heat it loses per kelvin",
     stage="heat",
     equation="dT/dt = ... - share (T - T_env)/tau ((|T - T_env|/40 K)^(1/4) - 1)",
     parameters=(

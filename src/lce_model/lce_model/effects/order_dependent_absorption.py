@@ -26,6 +26,8 @@ def step(light: float, order: float, reference_order: float, before: float, kapp
 
 EFFECT = Effect(
     name="order_dependent_absorption",
+    title="absorption that follows the order",
+    meaning="the strip absorbs more or less light as its order changes",
     stage="light",
     equation="P_L = P (1 + kappa (1 - Q/Q0))",
     parameters=(

@@ -22,6 +22,8 @@ def step(fraction: float, dt: float, before: float, late: float, tau_x: float) -
 
 EFFECT = Effect(
     name="phase_kinetics",
+    title="slow transition",
+    meaning="the phase transition takes time",
     stage="order",
     equation="tau_x dx/dt = x_model - x",
     parameters=(
@@ -35,5 +37,5 @@ EFFECT = Effect(
     step=step,
     strength="tau_x",
     typical=1.0,
-    nudges=(0.05,),
+    step_sizes=(0.05,),
 )

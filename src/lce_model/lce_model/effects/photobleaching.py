@@ -23,6 +23,8 @@ def step(light: float, dt: float, dose: float, k_b: float) -> tuple[float, float
 
 EFFECT = Effect(
     name="photobleaching",
+    title="photobleaching",
+    meaning="the dye bleaches with the dose of light and does not recover",
     stage="light",
     equation="P_L = P exp(-k_b D), dD/dt = P",
     parameters=(Parameter("k_b", "1/J", 0.0, 0.0, 0.01, "bleaching rate per dose k_b", "plausible, no source found"),),

@@ -31,6 +31,8 @@ def step(
 
 EFFECT = Effect(
     name="photochemical_order",
+    title="photochemical disorder",
+    meaning="light breaks the order directly, besides heating the strip",
     stage="order",
     equation="dn/dt = k_p P (1 - n) - n/tau_c, T* -> T* - beta n",
     parameters=(

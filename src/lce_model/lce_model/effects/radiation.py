@@ -19,6 +19,8 @@ def step(
 
 EFFECT = Effect(
     name="radiation",
+    title="thermal radiation",
+    meaning="the strip loses heat with the fourth power of its temperature",
     stage="heat",
     equation="dT/dt = ... - eps sigma (A/mc) (T^4 - T_env^4)",
     parameters=(

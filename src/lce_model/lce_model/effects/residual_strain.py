@@ -25,6 +25,8 @@ def step(displacement: float, last: float, path: float, share: float, saturation
 
 EFFECT = Effect(
     name="residual_strain",
+    title="residual strain",
+    meaning="every movement leaves a little contraction that stays",
     stage="strain",
     equation="d -> d + r S, dS = |dd| (1 - S/S_max)",
     parameters=(

@@ -15,6 +15,8 @@ def step(stretch: float, temperature: float, alpha_th: float, t_ref: float) -> f
 
 EFFECT = Effect(
     name="thermal_expansion",
+    title="thermal expansion",
+    meaning="the network expands as it gets hotter",
     stage="strain",
     equation="lambda -> lambda (1 + alpha_th (T - T_ref))",
     parameters=(

@@ -24,6 +24,8 @@ def step(order_temperature: float, dt: float, surface: float, bulk: float, tau_d
 
 EFFECT = Effect(
     name="thermal_gradient",
+    title="temperature difference across the strip",
+    meaning="the bulk is late after the surface that the camera sees",
     stage="order",
     equation="tau_d dT_b/dt = T - T_b",
     parameters=(
@@ -36,5 +38,5 @@ EFFECT = Effect(
     strength="tau_d",
     typical=0.5,
     place=-1,
-    nudges=(0.05,),
+    step_sizes=(0.05,),
 )

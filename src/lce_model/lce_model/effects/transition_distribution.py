@@ -20,6 +20,8 @@ def step(transition_spread: float, sigma_t: float) -> float:
 
 EFFECT = Effect(
     name="transition_distribution",
+    title="spread of the transition",
+    meaning="the domains change phase at different temperatures",
     stage="order",
     equation="Q = mean_i Q(T; T* + sigma_T z_i), z_i ~ N(0, 1)",
     parameters=(
@@ -31,5 +33,5 @@ EFFECT = Effect(
     step=step,
     strength="sigma_t",
     typical=4.0,
-    nudges=(2.0, 6.0),
+    step_sizes=(2.0, 6.0),
 )

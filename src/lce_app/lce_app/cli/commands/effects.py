@@ -23,7 +23,7 @@ At 100 samples a second each is as accurate as at 1000, to 1e-4 of what it does,
 [test_effects.py](../src/lce_model/test/test_effects.py) holds all of this for every effect,
 [test_effect_equations.py](../src/lce_model/test/test_effect_equations.py) solves every equation by other means, and
 [test_effect_recovery.py](../src/lce_analysis/test/test_effect_recovery.py) finds every strength again in noisy data
-(that of `emissivity_error` is not determined, and told so).
+(that of `emissivity_error` is not determined, and the fit says so).
 
 The recorded temperature and displacement, the bench's sensors and `lce simulate` show `measured_temperature` and
 `measured_displacement`, after the effects of the sensors. Where a measured temperature drives the deformation, effects
@@ -47,28 +47,41 @@ def main(args: argparse.Namespace) -> int:
         effect = find(args.name)
         print(_detail(effect))
         if effect.path:
-            _try_out(effect)
+            from lce_app.use_cases.try_effect import try_effect
+
+            try_effect(effect)
             print("\nTried out: it compiles, changes nothing at its null value, and something at its typical one.")
     else:
         width = max(len(name) for name in library())
         for effect in _by_stage():
             strength = effect.parameter(effect.strength)
-            print(f"{effect.stage:12s} {effect.name:{width}s}  {effect.equation}")
+            print(f"{effect.stage:12s} {effect.name:{width}s}  {_named(effect)}")
+            print(f"{'':12s} {'':{width}s}  {effect.equation}")
             print(f"{'':12s} {'':{width}s}  {strength.name}: {_range(strength)}")
     return 0
 
 
 def page() -> str:
     """The library as a page of docs."""
-    lines = [PAGE, "| stage | effect | equation | strength |", "|---|---|---|---|"]
+    lines = [PAGE, "| stage | effect | meaning | equation | strength |", "|---|---|---|---|---|"]
     for effect in _by_stage():
         strength = effect.parameter(effect.strength)
         equation = effect.equation.replace("|", "\\|")
         link = f"[`{effect.name}`](#{effect.name})"
-        lines.append(f"| {effect.stage} | {link} | `{equation}` | `{strength.name}`, {_range(strength)} |")
+        row = [effect.stage, link, effect.meaning, f"`{equation}`", f"`{strength.name}`, {_range(strength)}"]
+        lines.append(f"| {' | '.join(row)} |")
     for effect in _by_stage():
         file = f"../src/lce_model/lce_model/effects/{effect.name}.py"
-        lines += ["", f"## {effect.name}", "", _about(effect), "", f"[{effect.name}.py]({file}), stage {effect.stage}:"]
+        lines += [
+            "",
+            f"## {effect.name}",
+            "",
+            f"**{effect.title}**",
+            "",
+            _about(effect),
+            "",
+            f"[{effect.name}.py]({file}), stage {effect.stage}:",
+        ]
         lines += ["", "```text", effect.equation, "```", ""]
         lines += ["| parameter | meaning | default (range) | source |", "|---|---|---|---|"]
         lines += [f"| `{p.name}` | {_meaning(effect, p)} | {_range(p)} | {p.source} |" for p in effect.parameters]
@@ -80,6 +93,10 @@ def _by_stage() -> list[Effect]:
     from lce_model.terms import STAGES
 
     return sorted(library().values(), key=lambda e: (STAGES.index(e.stage), e.place, e.name))
+
+
+def _named(effect: Effect) -> str:
+    return effect.meaning if effect.title in effect.meaning else f"{effect.title}: {effect.meaning}"
 
 
 def _about(effect: Effect) -> str:
@@ -98,33 +115,16 @@ def _meaning(effect: Effect, p: Parameter) -> str:
 
 
 def _detail(effect: Effect) -> str:
-    lines = [f"{effect.name}, stage {effect.stage}", "", _about(effect), "", f"    {effect.equation}", ""]
+    lines = [
+        f"{effect.name}, stage {effect.stage}",
+        _named(effect),
+        "",
+        _about(effect),
+        "",
+        f"    {effect.equation}",
+        "",
+    ]
     width = max(len(p.name) for p in effect.parameters)
     for p in effect.parameters:
         lines += [f"{p.name:{width}s}  {_range(p)}", f"{'':{width}s}  {_meaning(effect, p)} [{p.source}]"]
     return "\n".join(lines)
-
-
-def _try_out(effect: Effect) -> None:
-    """LceError where an effect of the user's own changes something at its null value, or nothing at its typical one."""
-    import numpy as np
-
-    from lce_data.errors import LceError
-    from lce_data.waveforms import RATE_HZ
-    from lce_model import default_model, simulate
-
-    time = np.arange(0.0, 60.0, 1.0 / RATE_HZ)
-    power = np.where(time < 25.0, 1.5, 0.0)
-    bare = default_model()
-    null = bare.add(effect.reference)
-    without, there, typical = (
-        simulate(m, time, power) for m in (bare, null, null.set({effect.strength_key: effect.typical}))
-    )
-    columns = [name for name in without.__dataclass_fields__ if name != "time_s"]
-    changed = [n for n in columns if not np.array_equal(getattr(without, n), getattr(there, n))]
-    if changed:
-        raise LceError(f"{effect.path}: at {effect.strength} = {effect.null:g} it changes {', '.join(changed)}")
-    if not all(np.isfinite(getattr(typical, n)).all() for n in columns):
-        raise LceError(f"{effect.path}: at {effect.strength} = {effect.typical:g} it gives what is not a number")
-    if all(np.array_equal(getattr(without, n), getattr(typical, n)) for n in columns):
-        raise LceError(f"{effect.path}: at {effect.strength} = {effect.typical:g} it changes nothing")
