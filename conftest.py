@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tiers of the tests (test/README.md), and what the tests of every package share."""
 
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -26,8 +25,13 @@ def bench() -> "Iterator[Graph]":
         yield g
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """An option for every tier at once."""
+    parser.addoption("--all", action="store_true", dest="all_tiers", help="tests of every tier (test/README.md)")
+
+
 def _tier(item: pytest.Item) -> str:
-    for tier in ("slow", "system", "ros", "pure"):
+    for tier in ("slow", "system", "ros"):
         if item.get_closest_marker(tier):
             return tier
     if item.path.is_relative_to(SYSTEM):
@@ -38,7 +42,7 @@ def _tier(item: pytest.Item) -> str:
 def _chosen(config: pytest.Config) -> bool:
     """Whether the command line says itself which tests it wants."""
     options = config.option
-    return bool(options.markexpr or options.keyword or getattr(options, "lf", False))
+    return bool(options.all_tiers or options.markexpr or options.keyword or getattr(options, "lf", False))
 
 
 def _named(config: pytest.Config) -> set[Path]:
@@ -70,12 +74,3 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in set(left_out)]
-
-
-def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Say what was skipped, and why: the reason names the command that would change it."""
-    skipped = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", []))
-    if skipped:
-        terminalreporter.section("not tested here")
-        for reason, count in skipped.items():
-            terminalreporter.line(f"{count:4d}  {reason.removeprefix('Skipped: ')}")

@@ -193,8 +193,8 @@ HEAD = """# The deformation models compared
 Written by `make comparison`. Errors are NRMSE of the displacement (4.24) in percent, root mean square over runs; one
 parameter set for all runs of a table unless it says otherwise. Data: the independent strip of
 `validation/independent_strip` (distributed temperatures, noise of 0.06 K at 10 Hz and 4 µm at 100 Hz), which shares no
-code with the models ([what `kinetic` has in common with it](kinetic.md#how-far-the-independent-strip-judges-it)), and the
-chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two, one or two runs of minor loops that turn at
+code with the models ([what `kinetic` has in common with it](kinetic.md#how-far-the-independent-strip-judges-it)), and
+the chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two, one or two runs of minor loops that turn at
 different depths of both branches, a PRBS. Fit times are those of the machine that wrote this.
 
 `equilibrium` and `dynamic` are the dissertation's, `kinetic` is [ours](kinetic.md), `prandtl_ishlinskii` (generalised,

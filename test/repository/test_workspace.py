@@ -17,8 +17,10 @@ ROSDEP = {  # import name: rosdep key, where they differ
     "distributed": "",  # optional: docs/diagnosis.md
     "control": "",  # requirements/ubuntu.txt
     "fastapi": "",  # comes with nicegui
+    "jinja2": "python3-jinja2",
     "joblib": "python3-joblib",
     "mcap": "",  # requirements/ubuntu.txt
+    "msgspec": "",  # requirements/ubuntu.txt
     "nicegui": "",  # requirements/ubuntu.txt
     "numba": "python3-numba",
     "numpy": "python3-numpy",

@@ -41,6 +41,7 @@ def test_everything_hidden_changes_what_is_measured(name: str) -> None:
     assert changed[0] > 0.02 or changed[1] > 2e-6
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(300)  # twenty seconds on a machine to itself
 @pytest.mark.parametrize(
     ("hidden", "seed", "verdict"),

@@ -11,6 +11,8 @@ from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_model import default_model, simulate
 
+pytestmark = pytest.mark.slow
+
 HEATER = default_model("lumped", "none").set({"lumped.tau": 31.0, "lumped.gain": 22.0})
 
 

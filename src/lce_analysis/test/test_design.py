@@ -10,6 +10,8 @@ from lce_data.errors import LceError
 from lce_data.units import KELVIN
 from lce_model import default_model
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("deformation", "between"),

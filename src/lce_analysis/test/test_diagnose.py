@@ -47,6 +47,7 @@ def test_a_complete_model_is_adequate() -> None:
     assert max(s.evidence for s in found.scores) < 12.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["creep", "thermal_gradient", "displacement_drift"])
 def test_a_hidden_effect_is_named_and_the_held_out_error_comes_down_to_the_noise(name: str) -> None:
     effect = find(name)

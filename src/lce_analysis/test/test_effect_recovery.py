@@ -12,6 +12,8 @@ from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, default_model, simulate
 from lce_model.effects import find, library
 
+pytestmark = pytest.mark.slow
+
 CAMERA_K, DISTANCE_M = 0.06, 4e-6
 STRIP = default_model("lumped", "equilibrium")
 WAVES = {

@@ -15,6 +15,8 @@ from lce_control.tuning.tasks import INNER, OUTER, SINGLE, ModelBench, tune
 from lce_data.errors import LceError
 from lce_model import default_model
 
+pytestmark = pytest.mark.slow
+
 TIME = np.linspace(0.0, 20.0, 401)
 STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0})
 
