@@ -16,6 +16,7 @@ from lce_analysis.identification import FitResult, fit
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import FitOptions
 from lce_analysis.prediction import predict
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
@@ -43,7 +44,8 @@ def campaign(strip: Model, seed: int) -> list[Run]:
 def over_noise(result: FitResult, runs: list[Run]) -> float:
     """RMS residual of the displacement over the noise that was put in."""
     squares = [
-        np.mean((predict(result.model, run).displacement_at_samples_m - run.displacement.value) ** 2) for run in runs
+        np.mean((predict(result.model, run).at_samples[DISPLACEMENT] - run.series[DISPLACEMENT].value) ** 2)
+        for run in runs
     ]
     return float(np.sqrt(np.mean(squares)) / DISTANCE_M)
 
@@ -63,8 +65,8 @@ def chi_squared(model: Model, runs: list[Run]) -> float:
     total = 0.0
     for run in runs:
         found = predict(model, run)
-        total += float(np.sum((found.temperature_at_samples_k - run.temperature.value) ** 2)) / CAMERA_K**2
-        total += float(np.sum((found.displacement_at_samples_m - run.displacement.value) ** 2)) / DISTANCE_M**2
+        for channel, rms in ((TEMPERATURE, CAMERA_K), (DISPLACEMENT, DISTANCE_M)):
+            total += float(np.sum((found.at_samples[channel] - run.series[channel].value) ** 2)) / rms**2
     return total
 
 

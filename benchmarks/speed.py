@@ -22,6 +22,7 @@ from tqdm import tqdm
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.identification import fit
 from lce_analysis.prediction import predict
+from lce_data.channels import DISPLACEMENT
 from lce_data.run import Run, Series
 from lce_model import default_model, simulate
 
@@ -235,10 +236,7 @@ def identification(factor: float) -> list[str]:
     ours_s = time.perf_counter() - begin
     error = np.sqrt(
         np.mean(
-            [
-                nrmse(predict(result.model, r).displacement_at_samples_m, r.displacement.value) ** 2  # type: ignore[union-attr,arg-type]
-                for r in runs
-            ]
+            [nrmse(predict(result.model, r).at_samples[DISPLACEMENT], r.series[DISPLACEMENT].value) ** 2 for r in runs]
         )
     )
     loop = PlainLoop(runs)

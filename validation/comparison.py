@@ -109,7 +109,9 @@ def fitted(
         bar.set_description_str(f"{label}, {len(train)} runs, T {'measured' if drive == 'measured' else 'predicted'}")
         deformation, *effects = label.split(" + ")
         begin = time.perf_counter()
-        model = fit(default_model("lumped", deformation, tuple(effects)), [runs[k] for k in train], drive).model
+        model = fit(
+            default_model("lumped", deformation, tuple(effects)), [runs[k] for k in train], FitOptions(drive=drive)
+        ).model
         seconds = time.perf_counter() - begin
         rows.append(Row(label, model, tuple(train), {k: error(model, r, drive) for k, r in runs.items()}, seconds))
         bar.update()
@@ -150,7 +152,7 @@ def refitted(bar: "tqdm[None]", runs: Mapping[str, Run], keys: Sequence[str], to
     for row in together:
         bar.set_description_str(f"{row.label}, one set a run")
         chosen = [runs[k] for k in keys]
-        own = fit_each(default_model("lumped", row.label), chosen, "measured")
+        own = fit_each(default_model("lumped", row.label), chosen, FitOptions(drive="measured"))
         errors = [error(result.model, run, "measured") for result, run in zip(own, chosen, strict=True)]
         text.append(f"| {row.label} | {math.sqrt(np.mean(np.square(errors))):.2f} | {row.mean(keys):.2f} |")
         bar.update()

@@ -20,7 +20,9 @@ from tqdm import tqdm
 
 from lce_analysis.comparison.metrics import nrmse, rms_error, rmse_printed, smape
 from lce_analysis.identification import FitResult, fit
+from lce_analysis.options import FitOptions
 from lce_analysis.prediction import Drive, predict
+from lce_data.channels import DISPLACEMENT
 from lce_data.read_runs import read_run
 from lce_data.run import Run
 from lce_model import Model, default_model
@@ -59,10 +61,9 @@ def record(strip: Strip, amp: float, th: float, seed: int, folder: Path) -> Run:
 def errors(model: Model, run: Run) -> Errors:
     """Misfit of λ = 1 - d/L0, the measured temperature driving the model as in the dissertation."""
     prediction = predict(model, run, "measured")
-    assert run.displacement is not None and prediction.displacement_at_samples_m is not None
     length = model["strip.length"]
-    modelled = 1.0 - prediction.displacement_at_samples_m / length
-    measured = 1.0 - run.displacement.value / length
+    modelled = 1.0 - prediction.at_samples[DISPLACEMENT] / length
+    measured = 1.0 - run.series[DISPLACEMENT].value / length
     pair = modelled, measured
     return Errors(*(100.0 * f(*pair) for f in (rms_error, rmse_printed, smape, nrmse)))
 
@@ -82,7 +83,7 @@ class Tables:
     ) -> FitResult:
         """A fit; to T–λ alone, the measured temperature as the input, unless ``drive`` says otherwise."""
         self.bar.set_description_str(f"{deformation}, {', '.join(r.name for r in runs)}")
-        result = fit(default_model("lumped", deformation).hold(held or {}), runs, drive)
+        result = fit(default_model("lumped", deformation).hold(held or {}), runs, FitOptions(drive=drive))
         self.bar.update()
         return result
 

@@ -36,7 +36,7 @@ def record(heated_s: int, folder: Path) -> Run:
 
 def mean_absolute_error(model: Model, run: Run) -> float:
     """Of the temperature at the samples of the camera [K]."""
-    found = predict(model, run).temperature_at_samples_k
+    found = predict(model, run).at_samples[TEMPERATURE]
     assert found is not None and run.temperature is not None
     return float(np.mean(np.abs(found - run.temperature.value)))
 

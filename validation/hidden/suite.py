@@ -2,8 +2,7 @@
 """`make hidden`: does the diagnosis find what a strip hides, and does it keep quiet where nothing is hidden?
 
 Every case is a strip of :mod:`strip` with random parameters, a campaign of runs, a model fitted to them as `lce fit`
-does, and `lce_analysis.diagnosis` on the result. Finished cases are kept in --results (JSON lines), so that a suite
-that
+does, and `lce_analysis.diagnosis` on the result. Finished cases are kept in --results (JSON lines), so that a suite that
 was stopped goes on where it was. The table of gates has 95 % confidence intervals (Wilson).
 
 Visible is what leaves, after the base model was fitted, at least half the sensor's noise in one of the two residuals:
@@ -31,9 +30,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 from strip import HIDDEN, OUTSIDE, STRENGTH, Body, measure
 
 from lce_analysis.diagnosis import diagnose
-from lce_analysis.experiment_design.design import Limits, design
+from lce_analysis.experiment_design import design
 from lce_analysis.identification import fit
+from lce_analysis.options import DesignOptions, FitOptions
 from lce_analysis.prediction import predict
+from lce_data.channels import SENSORS
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
@@ -120,7 +121,7 @@ def judge(case: Case) -> dict[str, Any]:
     runs = [record(name, body, power, hidden, key, slow_s) for name, power in waves(top_w).items()]
     train, test = [r for r in runs if r.name not in HELD_OUT], [r for r in runs if r.name in HELD_OUT]
     began = time.perf_counter()
-    model = fit(default_model(), train, seed=case.seed).model
+    model = fit(default_model(), train, FitOptions(seed=case.seed)).model
     fitted = time.perf_counter()
     found = diagnose(model, train, test)
     record_ = found.as_json()
@@ -147,12 +148,11 @@ def judge(case: Case) -> dict[str, Any]:
 def _misfit(model: Model, runs: list[Run]) -> float:
     """What the worse sensor has beyond its noise, √(rms² - noise²), in units of it; negative where it has less."""
     worst = 0.0
-    for quantity in ("temperature", "displacement"):
+    for channel in SENSORS:
         total, noise, size = 0.0, 0.0, 0
         for run in runs:
-            series = getattr(run, quantity)
-            found = predict(model, run)
-            modelled = found.temperature_at_samples_k if quantity == "temperature" else found.displacement_at_samples_m
+            series = run.series[channel]
+            modelled = predict(model, run).at_samples[channel]
             total += float(np.sum((modelled - series.value) ** 2))
             noise += series.value.size * noise_floor(series) ** 2 / 0.83  # a fifth of it is slow, partly unseen
             size += series.value.size
@@ -166,7 +166,7 @@ def _resolved(
 ) -> bool:  # fmt: skip
     """Does the experiment that the tool asks for leave the hidden effect alone in its set?"""
     try:
-        wanted = design(model, (alias[0], alias[1]), Limits(top_w, 400.0, 150.0), lambda *_: None)
+        wanted = design(model, (alias[0], alias[1]), DesignOptions(top_w, 400.0, 150.0))
     except LceError:
         return False
     run = record("designed", body, wanted.power_w, hidden, key, slow_s)
