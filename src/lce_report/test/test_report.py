@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.compare import compare
+from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE
 from lce_data.run import Run
 from lce_model import Model
 from lce_report import (
@@ -31,11 +32,12 @@ from lce_report import (
     Section,
     Table,
     Trace,
-    falls,
     render,
-    render_comparison,
 )
-from lce_report.arrays import BUCKETS, GAP, LEVELS, Arrays, distinct, visible
+from lce_report.figures.axes import title
+from lce_report.figures.errors import error_reductions
+from lce_report.html.arrays import BUCKETS, GAP, LEVELS, Arrays, distinct, visible
+from lce_report.pages.comparison import render_comparison
 
 Floats = NDArray[np.float64]
 Record = Callable[..., Run]
@@ -216,31 +218,34 @@ def test_a_run_of_150_s_takes_less_than_half_a_megabyte(strip: Model, recorded: 
     assert len(text.encode()) < 0.5e6 + 0.15e6  # ten of them and the script: below 5 MB
 
 
-def test_where_the_error_fell(strip: Model, recorded: Record) -> None:
+def test_error_reductions_by_channel_condition_and_run(strip: Model, recorded: Record) -> None:
     runs = [recorded("one"), recorded("two", seed=1, extra=lambda t, k, d: 40e-6 * (np.gradient(k) < 0.0))]
     slow = strip.set({"lumped.tau": 1.1 * strip["lumped.tau"]})
     before, after = compare(slow, runs), compare(strip, runs)
-    grids = falls(before, after, held_out=("two",))
-    assert len(grids) == 2
-    of = {bars.title.split()[3].split("\u00a0")[0]: (bars, by_run) for bars, by_run in (g.figures for g in grids)}
-    for quantity, noise in (("temperature", 0.06), ("displacement", 4.0)):
-        by_regime, by_run = of[quantity]
-        assert isinstance(by_regime, Bars) and isinstance(by_run, Bars)
+    grids = error_reductions(before, after, held_out=("two",))
+    assert len(grids) == len(SENSORS)
+    of = dict(zip(before.shares, (grid.figures for grid in grids), strict=True))
+    for channel, noise in ((TEMPERATURE, 0.06), (DISPLACEMENT, 4.0)):
+        by_condition, by_run = of[channel]
+        assert isinstance(by_condition, Bars) and isinstance(by_run, Bars)
+        assert by_condition.title == f"rms residual of {title(channel)} by operating condition"
         assert by_run.mark == pytest.approx(noise, rel=0.1)
         assert list(by_run.labels) == ["one", "two (held out)"]
         was, now = by_run.groups
         assert np.all(now.values < was.values)
         assert now.values[0] == pytest.approx(noise, rel=0.1)
-    cooling = list(of["displacement"][0].labels).index("cooling")
-    assert of["displacement"][0].groups[1].values[cooling] == pytest.approx(28.0, rel=0.1)  # 40 µm in one run of two
+    of_displacement = of[DISPLACEMENT][0]
+    assert isinstance(of_displacement, Bars)
+    cooling = list(of_displacement.labels).index("cooling")
+    assert of_displacement.groups[1].values[cooling] == pytest.approx(28.0, rel=0.1)  # 40 µm in one run of two
 
 
 def test_a_page_that_answers_has_every_sample_and_cells_to_pick() -> None:
-    heat = Heat("shares", "", ["cold", "hot"], ["ramp"], np.array([[0.25, np.nan]]), pick="displacement regime")
+    heat = Heat("shares", "", ["cold", "hot"], ["ramp"], np.array([[0.25, np.nan]]), pick="displacement condition")
     x = np.linspace(0.0, 1.0, 6 * BUCKETS)
     numbers = Samples()
     page = Fragment(numbers)
-    assert 'data-pick="displacement regime" data-row="0" data-column="0"' in page.block(heat)
+    assert 'data-pick="displacement condition" data-row="0" data-column="0"' in page.block(heat)
     page.block(Lines("", TIME, HEIGHT, x, [Curve("d", np.where(x > 0.5, np.nan, x), "model")]))
     begin, length = page.figures[0]["curves"][0]["y"]
     sent = np.frombuffer(numbers.packed(), "<f4")[begin : begin + length]

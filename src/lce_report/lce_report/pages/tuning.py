@@ -1,23 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tuned controllers as a page: the steps, the Bode diagrams of the open loops, and the margins."""
+"""The report of `lce tune`: the steps, the Bode diagrams of the open loops, and the margins."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from lce_control.tuning.linear import OMEGA, Complex
 from lce_control.tuning.requirements import Requirements, Step, Tuned
 from lce_control.tuning.tasks import CHART_OFF_K, ModelBench
-from lce_data import __version__
-from lce_report import Axis, Curve, Grid, Lines, Section, Table, render
+from lce_report.blocks import Axis, Curve, Grid, Lines, Section, Table
+from lce_report.figures.axes import TIME
+from lce_report.html.render import render
+from lce_report.pages.footer import WRITTEN_BY
 
-HEAD = ("loop", "rise to 80 % [s]", "settling in 2 % [s]", "overshoot", "undershoot", "ITAE", "shake [W]",
-        "gain margin [dB]", "phase margin [°]")  # fmt: skip
-TIME = Axis("time", "s")
-FREQUENCY = Axis("lg ω", "lg rad/s")
+HEAD: Final = (
+    "loop",
+    "rise to 80 % [s]",
+    "settling in 2 % [s]",
+    "overshoot",
+    "undershoot",
+    "ITAE",
+    "power ripple [W]",
+    "gain margin [dB]",
+    "phase margin [°]",
+)
+NOTES: Final = (
+    "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
+    "those of the loops linearised at the power that holds the middle target, where displacement over temperature "
+    "is steepest, samples counted as old as they are; what the controller extrapolates is left out. On the model "
+    f"the double loop has a feed-forward that is {CHART_OFF_K:g} K wrong, up and down in turn."
+)
+FREQUENCY: Final = Axis("lg ω", "lg rad/s")
 
 
 def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
@@ -41,38 +58,45 @@ def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
     return lines
 
 
-def page(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about: Sequence[str]) -> str:
-    """The HTML; ``found`` are the inner loop alone, the double loop and the single one."""
+def render_tuning(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about: Sequence[str]) -> str:
+    """Tuned controllers as one self-contained HTML file.
+
+    Parameters
+    ----------
+    found : the inner loop alone, the double loop and the single one, in this order.
+    wanted : what was required of them.
+    bench : the model on which they were tuned.
+    about : lines for the foot of the page.
+
+    Returns
+    -------
+    str
+        The text of the file.
+    """
     targets = ", ".join(f"{1e3 * target_m:.2f}" for target_m in bench.targets_m)
-    required = [
-        f"overshoot ≤ {wanted.overshoot:.1%}",
-        f"undershoot ≤ {wanted.undershoot:.1%}",
-        *(
-            f"{name} ≤ {limit:g} s"
-            for name, limit in (("rise", wanted.rise_s), ("settling", wanted.settling_s))
-            if math.isfinite(limit)
-        ),
-        f"shake of the power ≤ {wanted.shake_w:g} W",
-        f"gain margin ≥ {_decibel(wanted.gain_margin):.1f} dB",
-        f"phase margin ≥ {wanted.phase_margin_deg:g}°",
-    ]
     answer = (
         f"Gains of the double and the single loop, tuned on steps to {targets} mm.",
-        f"Required: {', '.join(required)}.",
-    )
-    notes = (
-        "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
-        "those of the loops linearised at the power that holds the middle target, where displacement over temperature "
-        "is steepest, samples counted as old as they are; what the controller extrapolates is left out. On the model "
-        f"the double loop has a feed-forward that is {CHART_OFF_K:g} K wrong, up and down in turn."
+        f"Required: {', '.join(_required(wanted))}.",
     )
     sections = [
-        Section("Figures", (Table("", HEAD, rows(found)), notes)),
+        Section("Figures", (Table("", HEAD, rows(found)), NOTES)),
         Section("Gains", (Table("", ("node", "parameter", "value"), _gains(found)),)),
         Section("Margins", (Table("", ("loop", "gain [dB]", "phase [°]", "crossover [rad/s]"), _margins(found)),)),
     ]
     sections += [Section(_heading(tuned), (_steps(tuned), *_bodes(tuned))) for tuned in found]
-    return render("lce tune", answer, sections, (*about, f"Written by lce {__version__}."))
+    return render("lce tune", answer, sections, (*about, WRITTEN_BY))
+
+
+def _required(wanted: Requirements) -> list[str]:
+    times = (("rise", wanted.rise_s), ("settling", wanted.settling_s))
+    return [
+        f"overshoot ≤ {wanted.overshoot:.1%}",
+        f"undershoot ≤ {wanted.undershoot:.1%}",
+        *(f"{name} ≤ {limit:g} s" for name, limit in times if math.isfinite(limit)),
+        f"power ripple ≤ {wanted.shake_w:g} W",
+        f"gain margin ≥ {_decibel(wanted.gain_margin):.1f} dB",
+        f"phase margin ≥ {wanted.phase_margin_deg:g}°",
+    ]
 
 
 def _gains(found: Sequence[Tuned]) -> list[tuple[str, ...]]:

@@ -7,7 +7,7 @@
   addEventListener("unhandledrejection", (event) => fail(String(event.reason)));
   addEventListener("securitypolicyviolation", (event) => fail(`refused ${event.blockedURI}`));
 
-  // Numbers: 16-bit differences, each array scaled to its own range (report/arrays.py).
+  // Numbers: 16-bit differences, each array scaled to its own range (html/arrays.py).
   const GAP = 65535;
   const packed = Uint8Array.from(atob(document.getElementById("numbers").textContent.trim()), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables and bars of the error: how large, where it sits, and what a second model takes away from it."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from lce_analysis.comparison.compare import Comparison
+from lce_analysis.comparison.conditions import BRANCHES, ErrorShares, Share, error_shares
+from lce_data.channels import Channel
+from lce_report.blocks import Bars, Grid, Group, Heat, Table
+from lce_report.figures.axes import difference_scale, title
+
+MISFIT_HEAD = (
+    "run",
+    "series",
+    "RMS √(Σe²/N)",
+    "sensor noise",
+    "RMS / noise",
+    "NRMSE (4.24)",
+    "SMAPE (4.23)",
+    "RMSE (1/N)√Σe², (4.18) as printed",
+    "autocorrelation outside ±1.96/√N",
+)
+
+
+def misfit(comparison: Comparison) -> Table:
+    """Measures of the misfit, a row for each channel of each run."""
+    rows = []
+    for run in comparison.runs:
+        for channel, compared in run.channels.items():
+            m, scale, unit = compared.metrics, difference_scale(channel), channel.difference.symbol
+            rows.append(
+                (
+                    run.run.name,
+                    title(channel),
+                    f"{m.rms * scale:.3g} {unit}",
+                    f"{m.noise * scale:.2g} {unit}",
+                    f"{m.over_noise:.2f}",
+                    f"{m.nrmse:.2%}",
+                    f"{m.smape:.3%}",
+                    f"{m.rmse_printed * scale:.3g} {unit}",
+                    f"{compared.autocorrelation.outside:.0%}",
+                )
+            )
+    return Table("", MISFIT_HEAD, rows)
+
+
+def where(channel: Channel, found: ErrorShares) -> Grid:
+    """Where the squared error of a channel sits.
+
+    Parameters
+    ----------
+    channel : of which the shares are.
+    found : shares of the squared error and of the samples, as fractions of one.
+
+    Returns
+    -------
+    Grid
+        Shares by operating condition; by one condition alone, beside the share of the samples; by run and cycle.
+    """
+    heading = f"Squared error of {channel.symbol}"
+    conditions = {
+        f"{branch}, {'hold' if held else 'ramp'}": [s for s in found.conditions if (s.branch, s.held) == (branch, held)]
+        for branch in BRANCHES
+        for held in (False, True)
+    }
+    alone = {**found.quarters, **found.branches, **found.holds}
+    error = Group("error", "model", np.array([s.error_share for s in alone.values()]))
+    samples = Group("samples", "quiet", np.array([s.sample_share for s in alone.values()]))
+    cycles = sorted({n for by_cycle in found.cycles.values() for n in by_cycle})
+    nothing = Share(float("nan"), 0.0, float("nan"))
+    by_run = {run: [by_cycle.get(n, nothing) for n in cycles] for run, by_cycle in found.cycles.items()}
+    return Grid(
+        (
+            _shares(channel, f"{heading} by operating condition", "", tuple(found.quarters), conditions, "condition"),
+            Bars(f"{heading} beside the samples", "1", tuple(alone), (error, samples), ".0%", full=1.0),
+            _shares(channel, f"{heading} by run and cycle", "cycle", [str(n) for n in cycles], by_run, "cycle"),
+        ),
+        (6, 6, 5),
+    )
+
+
+def _shares(
+    channel: Channel, heading: str, corner: str, columns: Sequence[str], rows: Mapping[str, Sequence[Share]], by: str
+) -> Heat:
+    values = np.array([[s.error_share for s in row] for row in rows.values()])
+    notes = [[_note(channel, s) for s in row] for row in rows.values()]
+    return Heat(heading, corner, columns, tuple(rows), values, ".0%", notes=notes, pick=f"{channel.name} {by}")
+
+
+def _note(channel: Channel, share: Share) -> str:
+    if not share.sample_share:
+        return ""
+    rms = f"{share.rms * difference_scale(channel):.3g} {channel.difference.symbol}"
+    return f"rms {rms}, {share.sample_share:.1%} of the samples"
+
+
+def error_reductions(before: Comparison, after: Comparison, held_out: Collection[str] = ()) -> tuple[Grid, ...]:
+    """The rms residual before and after, by operating condition and by run.
+
+    Parameters
+    ----------
+    before, after : two models beside the same runs. Both are judged in the operating conditions of the model before,
+        so that neighbouring bars are of the same samples.
+    held_out : names of the runs that neither model was fitted to.
+
+    Returns
+    -------
+    tuple of Grid
+        One for each channel, in its unit of differences; the mark in the bars is the noise of the sensor.
+    """
+    return tuple(
+        _reduction(channel, shares, _judged_alike(channel, before, after), before, held_out)
+        for channel, shares in before.shares.items()
+    )
+
+
+def _judged_alike(channel: Channel, before: Comparison, after: Comparison) -> ErrorShares:
+    """Shares of the residual after, in the operating conditions before."""
+    members = []
+    for old, new in zip(before.runs, after.runs, strict=True):
+        was, now = old.channels.get(channel), new.channels.get(channel)
+        if was is not None and now is not None:
+            members.append((old.run.name, was.conditions, now.residual))
+    return error_shares(members)
+
+
+def _reduction(
+    channel: Channel, was: ErrorShares, now: ErrorShares, before: Comparison, held_out: Collection[str]
+) -> Grid:
+    scale = difference_scale(channel)
+    noises = [run.channels[channel].metrics.noise for run in before.runs if channel in run.channels]
+    noise = float(np.median(noises)) * scale
+
+    def bars(by: str, names: Collection[str], old: Collection[Share], new: Collection[Share]) -> Bars:
+        groups = (
+            Group("before", "before", np.array([s.rms for s in old]) * scale),
+            Group("after", "after", np.array([s.rms for s in new]) * scale),
+        )
+        heading = f"rms residual of {title(channel)} {by}"
+        return Bars(heading, channel.difference.symbol, [*names], groups, mark=noise)
+
+    old, new = ({**s.quarters, **s.branches, **s.holds} for s in (was, now))
+    runs = [f"{name} (held out)" if name in held_out else name for name in was.runs]
+    return Grid(
+        (
+            bars("by operating condition", old, old.values(), new.values()),
+            bars("by run", runs, was.runs.values(), now.runs.values()),
+        ),
+        (1, 1),
+    )

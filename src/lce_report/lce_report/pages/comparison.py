@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report of `lce compare`: the misfit, where the error sits, every run, the model."""
+
+from typing import Final
+
+from lce_analysis.comparison.compare import Comparison
+from lce_analysis.comparison.conditions import HOLD_SHARE, TURN_K
+from lce_model import Model
+from lce_report.blocks import Section, Table
+from lce_report.figures.errors import misfit, where
+from lce_report.figures.run import run_section
+from lce_report.html.render import render
+from lce_report.pages.footer import model_name, provenance
+
+CONDITIONS: Final = (
+    f"Branches, holds and cycles are those of the model's temperature: held is a rate below {HOLD_SHARE:.0%} of the "
+    f"run's fastest, and a cycle begins where heating begins again by more than {TURN_K:g} K. Point at a cell for the "
+    "rms of the residual there."
+)
+
+
+def render_comparison(comparison: Comparison) -> str:
+    """A model beside runs as one self-contained HTML file.
+
+    Parameters
+    ----------
+    comparison : misfit by run and channel, in °C or SI; the axes are in the display units of the channels.
+
+    Returns
+    -------
+    str
+        The text of the file. The same comparison gives the same text.
+    """
+    runs = [compared.run for compared in comparison.runs]
+    heading = f"The {model_name(comparison.model)} beside {len(runs)} run{'s' if len(runs) > 1 else ''}"
+    sections = (
+        Section("Misfit", (misfit(comparison),)),
+        Section("Where the error sits", (*(where(c, shares) for c, shares in comparison.shares.items()), CONDITIONS)),
+        *(run_section(run) for run in comparison.runs),
+        Section("The model", (parameters(comparison.model),)),
+    )
+    return render(heading, comparison.sentences, sections, provenance(comparison.model, runs, comparison.drive))
+
+
+def parameters(model: Model) -> Table:
+    """The values of a model, and what the data of its fit say of them."""
+    rows = []
+    for v in model.values:
+        known = {True: "yes", False: "no", None: "fixed" if v.fixed else "–"}[v.determined]
+        error = "–" if v.standard_error is None else f"{v.standard_error:.2g}"
+        rows.append((v.key, f"{v.value:.6g}", error, v.unit, known, v.parameter.description))
+    return Table("", ("parameter", "value", "standard error", "unit", "determined", "what it is"), rows)
