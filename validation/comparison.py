@@ -21,7 +21,9 @@ from tqdm import tqdm
 
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.identification import fit, fit_each
+from lce_analysis.options import FitOptions
 from lce_analysis.prediction import Drive, predict
+from lce_data.channels import DISPLACEMENT
 from lce_data.read_runs import read_run
 from lce_data.run import Run, Series
 from lce_model import Model, default_model
@@ -95,9 +97,7 @@ class Row:
 
 def error(model: Model, run: Run, drive: Drive) -> float:
     """NRMSE of the displacement of a run, %."""
-    prediction = predict(model, run, drive).displacement_at_samples_m
-    assert prediction is not None and run.displacement is not None
-    return 100.0 * nrmse(prediction, run.displacement.value)
+    return 100.0 * nrmse(predict(model, run, drive).at_samples[DISPLACEMENT], run.series[DISPLACEMENT].value)
 
 
 def fitted(
@@ -109,9 +109,8 @@ def fitted(
         bar.set_description_str(f"{label}, {len(train)} runs, T {'measured' if drive == 'measured' else 'predicted'}")
         deformation, *effects = label.split(" + ")
         begin = time.perf_counter()
-        model = fit(
-            default_model("lumped", deformation, tuple(effects)), [runs[k] for k in train], FitOptions(drive=drive)
-        ).model
+        start = default_model("lumped", deformation, tuple(effects))
+        model = fit(start, [runs[k] for k in train], FitOptions(drive=drive)).model
         seconds = time.perf_counter() - begin
         rows.append(Row(label, model, tuple(train), {k: error(model, r, drive) for k, r in runs.items()}, seconds))
         bar.update()
@@ -196,8 +195,8 @@ Written by `make comparison`. Errors are NRMSE of the displacement (4.24) in per
 parameter set for all runs of a table unless it says otherwise. Data: the independent strip of
 `validation/independent_strip` (distributed temperatures, noise of 0.06 K at 10 Hz and 4 µm at 100 Hz), which shares no
 code with the models ([what `kinetic` has in common with it](kinetic.md#how-far-the-independent-strip-judges-it)), and
-the chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two, one or two runs of minor loops that turn at
-different depths of both branches, a PRBS. Fit times are those of the machine that wrote this.
+the chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two, one or two runs of minor loops that
+turn at different depths of both branches, a PRBS. Fit times are those of the machine that wrote this.
 
 `equilibrium` and `dynamic` are the dissertation's, `kinetic` is [ours](kinetic.md), `prandtl_ishlinskii` (generalised,
 with an analytic inverse) and `bouc_wen` are hysteresis models without physics.

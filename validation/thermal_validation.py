@@ -16,6 +16,7 @@ from independent_strip import CHAPTER_5, measure, simulate, waves, write_csv
 
 from lce_analysis.identification import fit
 from lce_analysis.prediction import predict
+from lce_data.channels import TEMPERATURE
 from lce_data.read_runs import read_run
 from lce_data.run import Run
 from lce_model import Model, default_model
@@ -37,8 +38,7 @@ def record(heated_s: int, folder: Path) -> Run:
 def mean_absolute_error(model: Model, run: Run) -> float:
     """Of the temperature at the samples of the camera [K]."""
     found = predict(model, run).at_samples[TEMPERATURE]
-    assert found is not None and run.temperature is not None
-    return float(np.mean(np.abs(found - run.temperature.value)))
+    return float(np.mean(np.abs(found - run.series[TEMPERATURE].value)))
 
 
 def table(seen: Sequence[Run], unseen: dict[int, Run]) -> list[str]:

@@ -2,8 +2,8 @@
 """`make hidden`: does the diagnosis find what a strip hides, and does it keep quiet where nothing is hidden?
 
 Every case is a strip of :mod:`strip` with random parameters, a campaign of runs, a model fitted to them as `lce fit`
-does, and `lce_analysis.diagnosis` on the result. Finished cases are kept in --results (JSON lines), so that a suite that
-was stopped goes on where it was. The table of gates has 95 % confidence intervals (Wilson).
+does, and `lce_analysis.diagnosis` on the result. Finished cases are kept in --results (JSON lines), so that a suite
+that was stopped goes on where it was. The table of gates has 95 % confidence intervals (Wilson).
 
 Visible is what leaves, after the base model was fitted, at least half the sensor's noise in one of the two residuals:
 judged from the noise that was put in, not from the diagnosis.
