@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 from lce_analysis.comparison.compare import compare
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
-from lce_report import render_comparison
+from lce_report.pages.comparison import render_comparison
 
 BEACON = '<img alt="" src="http://localhost:9/beacon.png">'
 LOOK = "() => [...document.querySelectorAll('figure[data-figure] canvas')].map((canvas) => canvas.toDataURL())"

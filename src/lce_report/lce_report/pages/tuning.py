@@ -50,7 +50,7 @@ def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
                 f"{worst['overshoot']:.2%}",
                 f"{worst['undershoot']:.2%}",
                 f"{tuned.itae:.2%}",
-                f"{worst['shake_w']:.3f}",
+                f"{worst['power_ripple_w']:.3f}",
                 _or(_decibel(worst["gain_margin"]), "{:.1f}", "∞"),
                 _or(worst["phase_margin_deg"], "{:.0f}", "∞"),
             )
@@ -93,7 +93,7 @@ def _required(wanted: Requirements) -> list[str]:
         f"overshoot ≤ {wanted.overshoot:.1%}",
         f"undershoot ≤ {wanted.undershoot:.1%}",
         *(f"{name} ≤ {limit:g} s" for name, limit in times if math.isfinite(limit)),
-        f"power ripple ≤ {wanted.shake_w:g} W",
+        f"power ripple ≤ {wanted.power_ripple_w:g} W",
         f"gain margin ≥ {_decibel(wanted.gain_margin):.1f} dB",
         f"phase margin ≥ {wanted.phase_margin_deg:g}°",
     ]
