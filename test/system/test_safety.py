@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """kill -9 of any node is zero power within 200 ms: real processes, really killed.
 
-That of the laser itself is in test_strip_chain.py (the strip) and test_labjack.py (the device's watchdog).
+The one suite that measures the wall clock. What it holds is a promise about real time, to somebody in front of a real
+laser: the operating system, the middleware and the scheduler are part of it, and simulated time would leave them out.
+It therefore runs alone. kill -9 of the laser itself is in test_strip_chain.py (the strip) and test_labjack.py (the
+device's watchdog).
 """
 
 import os
@@ -37,13 +40,13 @@ ENDS = [
     *((name, signal.SIGKILL) for name in ("outer_controller", "inner_controller")),
     ("inner_controller", signal.SIGINT),
 ]
-"""Who ends, and how; a sensor that is ended is as silent as one that is killed."""
-IN_A_RUN = (registry.PLAYER, registry.RECORDER, registry.BENCH[3])
-"""Who ends in an open-loop run: the one that commands, and two to which nothing in the way of the power listens."""
+"""The node that ends, and how; a sensor that is stopped is as silent as one that is killed."""
+IN_A_RUN = (registry.PLAYER, registry.RECORDER, registry.SENSORS[-1])
+"""The node that ends in an open-loop run: the one that commands, and two on which the laser does not depend."""
 
 
 class Light:
-    """What the laser says, with the times at which it said so, and whoever was killed meanwhile."""
+    """The power that the laser publishes, with its times."""
 
     def __init__(self, bench: Graph) -> None:
         self.bench = bench
@@ -75,7 +78,7 @@ class Light:
         return max(lit) - killed_s
 
 
-class Bench:
+class ControlledStrip:
     """The nodes of a mode of control as processes, chasing a target."""
 
     def __init__(self, bench: Graph, mode: str) -> None:
@@ -111,18 +114,20 @@ class Bench:
 
 @pytest.mark.parametrize("mode", ["single", "model"])
 def test_the_end_of_a_controller_by_itself_is_zero_power(bench: Graph, mode: str) -> None:
-    controlled = Bench(bench, mode)
+    controlled = ControlledStrip(bench, mode)
     assert controlled.light.after(lambda: Graph.kill(controlled.processes[f"{mode}_controller"])) < LIMIT_S
 
 
 @pytest.fixture(scope="module")
-def double() -> Iterator[Bench]:
+def double() -> Iterator[ControlledStrip]:
     with ros_graph() as g:
-        yield Bench(g, "double")
+        yield ControlledStrip(g, "double")
 
 
 @pytest.mark.parametrize(("name", "number"), ENDS)
-def test_the_end_of_a_node_in_the_loop_is_zero_power(double: Bench, name: str, number: signal.Signals) -> None:
+def test_the_end_of_a_node_in_the_loop_is_zero_power(
+    double: ControlledStrip, name: str, number: signal.Signals
+) -> None:
     double.relight()
     process = double.processes[name]
     end = (lambda: Graph.kill(process)) if number is signal.SIGKILL else (lambda: process.send_signal(number))
@@ -130,7 +135,7 @@ def test_the_end_of_a_node_in_the_loop_is_zero_power(double: Bench, name: str, n
     assert lit_s < LIMIT_S, f"light for {lit_s * 1e3:.0f} ms after the end of {name}"
 
 
-def test_a_killed_camera_is_a_fault_that_only_a_reset_clears(double: Bench) -> None:
+def test_a_killed_camera_is_a_fault_that_only_a_reset_clears(double: ControlledStrip) -> None:
     double.relight()
     double.light.after(lambda: Graph.kill(double.processes["thermal_camera"]))
     double.light.samples.clear()

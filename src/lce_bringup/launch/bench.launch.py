@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bench without an experiment: laser and sensors, and the simulated strip unless plant:=hardware.
 
-Where one node ends, all end.
+When one node ends, all end.
 """
 
 from launch import LaunchDescription

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position control: the bench and the controllers of a mode. Targets [m] are published on target_displacement.
 
-Where one node ends, all end.
+When one node ends, all end.
 """
 
 from launch import LaunchDescription

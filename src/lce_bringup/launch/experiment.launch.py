@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An experiment: the bench, the recorder and the player; with the player all ends and the bag is finished."""
+"""An experiment: the bench, the recorder and the player. When the player ends, all end and the bag is finished."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Shutdown
@@ -26,7 +26,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("out", default_value="", description="new folder; empty: runs/DATE-TIME"),
             IncludeLaunchDescription(PathJoinSubstitution([share, "launch", "bench.launch.py"])),
             Node(
-                package="lce_bringup",
+                package="lce_experiment",
                 executable="recorder",
                 namespace=namespace,
                 parameters=[
@@ -40,7 +40,7 @@ def generate_launch_description() -> LaunchDescription:
                 on_exit=Shutdown(reason="the recorder has ended"),
             ),
             Node(
-                package="lce_bringup",
+                package="lce_experiment",
                 executable="experiment_player",
                 namespace=namespace,
                 parameters=[

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from lce_data import experiment_file as experiment
-from lce_data.bag import metadata as bag_metadata
 from lce_data.channels import CHANNELS
 from lce_data.errors import LceError
 from lce_data.progress import Progress
+from lce_data.yaml_text import dump
 from lce_experiment.config import config_file
 from lce_experiment.registry import BENCH, NAMESPACE, PLAYER, RECORDER, SENSORS, SIMULATOR, NodeSpec
 
@@ -79,7 +79,7 @@ class Plan:
             SIMULATOR.name: strip,
             RECORDER.name: {
                 "out": str(self.folder.resolve()),
-                "experiment": json.dumps(about),
+                "experiment": json.dumps(experiment.content_of(about)),
                 "after": [""] if self.fast else list(self.measured),
             },
             self.player.name: {"wait_for_recorder": True, "progress": not self.fast},
@@ -92,7 +92,7 @@ class Plan:
         content: dict[str, Any] = {"/**": {"ros__parameters": {"use_sim_time": self.fast}}}
         for name, values in self.parameters().items():
             content[f"/**/{name}"] = {"ros__parameters": values}
-        parameter_file.write_text(bag_metadata.dump(content), encoding="utf-8")
+        parameter_file.write_text(dump(content), encoding="utf-8")
         files = [config_file("bench.yaml"), config_file("simulated.yaml"), *self.files, parameter_file]
         return [
             "--ros-args",

@@ -66,7 +66,7 @@ class Recorder(BenchNode):
         self._after = {self.resolve_topic_name(topic) for topic in after if topic} & {s.name for s in streams}
         self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
         self._bag = BagWriter(self.folder)
-        self._about = {**about, "started": experiment.now()}
+        self._about = about.with_entries(started=experiment.now())
         experiment.write(self.folder, self._about)
         self._numbers: dict[str, int] = {}
         self._lost: dict[str, int] = {}
@@ -80,20 +80,20 @@ class Recorder(BenchNode):
 
     def close(self) -> None:
         """Finish the bag, with what is still in the queues."""
-        if not self._about.get("ended"):
+        if not self._about.ended:
             for reader in (reader for reader in self.subscriptions if reader.raw):
                 while (waiting := reader.handle.take_message(reader.msg_type, True)) is not None:
                     reader.callback(*waiting)
             self._bag.close()
-            self._about |= {
-                "ended": experiment.now(),
-                "messages": dict(sorted(self._bag.counts.items())),
-                "lost": dict(sorted(self._lost.items())),
-            }
+            self._about = self._about.with_entries(
+                ended=experiment.now(),
+                messages=dict(sorted(self._bag.counts.items())),
+                lost=dict(sorted(self._lost.items())),
+            )
             experiment.write(self.folder, self._about)
         super().close()
 
-    def _declare_parameters(self) -> tuple[str, list[str], list[str], dict[str, Any], float]:
+    def _declare_parameters(self) -> tuple[str, list[str], list[str], experiment.Experiment, float]:
         """Values of out, topics, after, experiment and flush_period_s [s]."""
         return (
             self.declare("out", "", "folder of the recording; must not exist; empty: runs/DATE-TIME", read_only=True),
@@ -104,7 +104,7 @@ class Recorder(BenchNode):
                 "topics that must have a message before the recorder subscribes to commands",
                 read_only=True,
             ),
-            _object(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)),
+            _experiment(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)),
             self.declare(
                 "flush_period_s",
                 0.25,
@@ -172,14 +172,14 @@ def _offered(publishers: Sequence[TopicEndpointInfo]) -> list[dict[str, Any]]:
     return profiles
 
 
-def _object(text: str) -> dict[str, Any]:
+def _experiment(text: str) -> experiment.Experiment:
     try:
         value = json.loads(text)
     except json.JSONDecodeError as error:
         raise LceError(f"recorder: parameter experiment is not JSON ({error})") from None
     if not isinstance(value, dict):
         raise LceError(f"recorder: parameter experiment is {text!r}, not a JSON object")
-    return value
+    return experiment.experiment_of(value, "recorder: parameter experiment")
 
 
 def qos_entry(profile: QoSProfile) -> dict[str, Any]:

@@ -7,14 +7,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.highlevel import AnyReader
 
 from lce_control.step_metrics import StepMetrics, step_metrics
-from lce_control.time_optimal import bang_bang
+from lce_control.tuning.bang_bang import bang_bang
+from lce_data.bag.reader import read_numbers
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.topics import TARGET, simulated_topic
@@ -22,7 +21,6 @@ from lce_experiment.registry import NAMESPACE
 from lce_model import Model
 
 Floats = NDArray[np.float64]
-_NUMBERS = {"std_msgs/msg/Float64": "data", "sensor_msgs/msg/Temperature": "temperature"}
 
 
 @dataclass(frozen=True)
@@ -83,13 +81,5 @@ def evaluate(folder: Path, target_m: float, strip: Model, max_power_w: float) ->
 
 
 def read_series(folder: Path) -> dict[str, tuple[Floats, Floats]]:
-    """Log time [s] and number of every Float64 and Temperature topic of a bag, by its name without the namespace."""
-    found: dict[str, tuple[list[int], list[float]]] = {}
-    with AnyReader([folder]) as reader:
-        wanted = [c for c in reader.connections if c.msgtype in _NUMBERS]
-        for connection, time_ns, data in reader.messages(wanted):
-            message: Any = reader.deserialize(data, connection.msgtype)
-            times, numbers = found.setdefault(connection.topic.removeprefix(f"{NAMESPACE}/"), ([], []))
-            times.append(time_ns)
-            numbers.append(getattr(message, _NUMBERS[connection.msgtype]))
-    return {topic: (np.array(times) * 1e-9, np.array(numbers)) for topic, (times, numbers) in found.items()}
+    """Log time [s] and number, (n,) each, of every topic of a bag that holds numbers, by its name in the namespace."""
+    return {topic.removeprefix(f"{NAMESPACE}/"): series for topic, series in read_numbers(folder).items()}
