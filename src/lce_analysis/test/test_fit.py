@@ -11,6 +11,7 @@ from lce_analysis.identification import fit, fit_each, identify
 from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
+from lce_data.experiment_file import Conditions, Experiment
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
@@ -118,7 +119,7 @@ def test_ctrl_c_leaves_the_best_so_far() -> None:
         (lambda runs: [r.with_series(DISPLACEMENT, None) for r in runs], "no run has a displacement"),
         (
             lambda runs: [
-                replace(r, conditions={"conditions": {"strip_length_m": x}})
+                replace(r, experiment=Experiment(conditions=Conditions(strip_length_m=x)))
                 for r, x in zip(runs, (0.01, 0.02), strict=True)
             ],
             r"strips of different length .*run-0: 0\.01 m, run-1: 0\.02 m",

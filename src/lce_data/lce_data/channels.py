@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured quantities of the bench: one row a channel, and nothing else to edit where data are read or shown.
+"""The measured quantities of the bench, one object each.
 
-Files, topics, fits, reports and the page ask a channel for what they need; none of them names a sensor of its own.
+Files, topics, fits, reports and the page ask a channel for what they need. A new sensor is a new entry here.
 """
 
 from collections.abc import Callable

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`experiment.yaml` beside a bag: what was asked of which strip, with which software, and how it ended."""
+"""`experiment.yaml` beside a bag: what was asked of which strip, with which software, and how it ended.
+
+Every key may be missing: launch files leave some out, and other people's recordings hold what they like. Keys that are
+not known here are kept.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +12,107 @@ import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Final
 
-import yaml
+import msgspec
+from msgspec import Meta, Struct
 
 from lce_data import __version__
-from lce_data.bag.metadata import dump
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
+from lce_data.schema import checked, read_yaml
 
-FILE_NAME = "experiment.yaml"
+FILE_NAME: Final = "experiment.yaml"
+FORMAT: Final = "lce-experiment-1"
+
+
+class Table(Struct, frozen=True, kw_only=True):
+    """A table of the file: what it knows, and under ``other``, by key, what it does not."""
+
+    other: dict[str, Any] = {}
+
+
+class Conditions(Table, frozen=True, kw_only=True):
+    """What is one number or word for a whole run.
+
+    Parameters
+    ----------
+    strip_length_m : length of the strip between its clamps, cold.
+    ambient_c, ambient_temperature_c : temperature of the surroundings; the simulated bench writes the second.
+    load_n : force on the strip.
+    other : free notes.
+    """
+
+    strip_length_m: Annotated[float, Meta(gt=0)] | None = None
+    ambient_c: float | None = None
+    ambient_temperature_c: float | None = None
+    load_n: float | None = None
+    specimen: str | int | None = None
+    day: str | int | None = None
+
+
+class ModelUsed(Table, frozen=True, kw_only=True):
+    """The model of the simulated strip: its file, None for the bench's own, and what was set in it (TERM.PARAM)."""
+
+    file: str | None = None
+    sha256: str | None = None
+    set: dict[str, float] = {}
+
+
+class Experiment(Table, frozen=True, kw_only=True):
+    """The content of the file.
+
+    Parameters
+    ----------
+    protocol : what was played, in the words of ``lce run``.
+    mode : ``realtime``, ``fast`` or ``launch``.
+    plant : ``simulated`` or ``hardware``.
+    seed : of the simulated sensors' noise.
+    software : versions by name.
+    started, ended : UTC, ISO 8601.
+    messages, lost : how many messages of each topic were recorded, and how many the recorder missed.
+    outcome : ``complete``, ``interrupted`` or ``failed``.
+    """
+
+    format: str | None = None
+    protocol: str | None = None
+    mode: str | None = None
+    plant: str | None = None
+    seed: int | None = None
+    model: ModelUsed | None = None
+    conditions: Conditions = Conditions()
+    software: dict[str, Any] | None = None
+    started: str | None = None
+    ended: str | None = None
+    messages: dict[str, int] | None = None
+    lost: dict[str, int] | None = None
+    outcome: str | None = None
+
+    def with_entries(self, **entries: Any) -> Experiment:
+        """The same experiment, with other values of some fields."""
+        return msgspec.structs.replace(self, **entries)
+
+
+def experiment_of(content: object, where: Path | str = FILE_NAME) -> Experiment:
+    """Check the plain content of a file. Raises LceError that names ``where``, the key and the value."""
+    if not isinstance(content, Mapping):
+        raise LceError(f"{where}: the content is not keys with values")
+    tables: dict[str, type[Table]] = {"model": ModelUsed, "conditions": Conditions}
+    gathered = _gathered(content, Experiment)
+    for key, kind in tables.items():
+        if isinstance(gathered.get(key), Mapping):
+            gathered[key] = _gathered(gathered[key], kind)
+    return checked(where, gathered, Experiment)
+
+
+def content_of(table: Table) -> dict[str, Any]:
+    """An experiment, or its conditions, as plain values in the order of the file; keys without a value are left out."""
+    content: dict[str, Any] = {}
+    for key in table.__struct_fields__:
+        value = getattr(table, key)
+        if key != "other" and (value is not None or isinstance(table, ModelUsed)):
+            content[key] = content_of(value) if isinstance(value, Table) else value
+    return {**content, **table.other}
 
 
 def describe(
@@ -28,39 +123,58 @@ def describe(
     model: Path | None,
     settings: Mapping[str, float],
     conditions: Mapping[str, Any],
-) -> dict[str, Any]:
+) -> Experiment:
     """What is known before the run. `model` None stands for the bench's default strip."""
-    return {
-        "format": "lce-experiment-1",
-        "protocol": protocol,
-        "mode": mode,
-        "plant": plant,
-        "seed": seed,
-        "model": {
-            "file": None if model is None else str(model),
-            "sha256": None if model is None else hashlib.sha256(model.read_bytes()).hexdigest(),
-            "set": dict(settings),
-        },
-        "conditions": dict(conditions),
-        "software": {"lce": __version__, "python": platform.python_version()},
-    }
+    return Experiment(
+        format=FORMAT,
+        protocol=protocol,
+        mode=mode,
+        plant=plant,
+        seed=seed,
+        model=ModelUsed(
+            file=None if model is None else str(model),
+            sha256=None if model is None else hashlib.sha256(model.read_bytes()).hexdigest(),
+            set=dict(settings),
+        ),
+        conditions=checked(FILE_NAME, _gathered(conditions, Conditions), Conditions),
+        software={"lce": __version__, "python": platform.python_version()},
+    )
 
 
-def write(folder: Path, content: Mapping[str, Any]) -> None:
+def read(path: Path) -> Experiment:
+    """Read an experiment.yaml; an empty file says nothing. Raises LceError naming the file, the key and the value."""
+    content = read_yaml(path)
+    return Experiment() if content is None else experiment_of(content, path)
+
+
+def beside(recording: Path) -> Experiment:
+    """Read the file of a bag folder or of one of its files: in the folder, or beside it as NAME.experiment.yaml."""
+    folder = recording if recording.is_dir() else recording.parent
+    for place in (folder / FILE_NAME, folder.parent / f"{folder.name}.{FILE_NAME}"):
+        if place.exists():
+            return read(place)
+    return Experiment()
+
+
+def write(folder: Path, experiment: Experiment) -> None:
     """Write experiment.yaml into a bag folder."""
-    write_atomically(folder / FILE_NAME, dump(dict(content)))
+    from lce_data.yaml_text import dump
+
+    write_atomically(folder / FILE_NAME, dump(content_of(experiment)))
 
 
 def update(folder: Path, **entries: Any) -> None:
-    """Add entries to the experiment.yaml of a bag folder. Raises LceError where it cannot be read."""
-    path = folder / FILE_NAME
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise LceError(f"{path}: {error}") from None
-    write(folder, {**(content or {}), **entries})
+    """Set fields of the experiment.yaml of a bag folder. Raises LceError if it cannot be read."""
+    write(folder, read(folder / FILE_NAME).with_entries(**entries))
 
 
 def now() -> str:
     """The present time, UTC, as in the file."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def _gathered(content: Mapping[Any, Any], kind: type[Table]) -> dict[str, Any]:
+    """The content with the keys that a table does not know under ``other``, and without those that have no value."""
+    known = {key: content[key] for key in kind.__struct_fields__ if key != "other" and content.get(key) is not None}
+    other = {str(key): value for key, value in content.items() if key not in kind.__struct_fields__ or key == "other"}
+    return {**known, "other": other}

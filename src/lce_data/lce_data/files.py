@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are written whole or not at all."""
+"""Text files: written whole or not at all, and read as rows of cells."""
 
+import csv
 import os
 import tempfile
 from contextlib import suppress
@@ -9,8 +10,19 @@ from pathlib import Path
 from lce_data.errors import LceError
 
 
+def read_csv_rows(path: Path) -> list[list[str]]:
+    """Read the cells of a CSV file, row by row. Raises LceError if it cannot be read or is not such a text."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            return list(csv.reader(file))
+    except OSError as error:
+        raise LceError(f"{path}: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise LceError(f"{path}: not a CSV text file") from None
+
+
 def write_atomically(path: Path, text: str) -> None:
-    """Write a text file beside its place and move it there, so that neither a reader nor a crash meets half of it.
+    """Write a text file beside its place, then move it there: no reader and no crash meets half of it.
 
     Raises LceError if the folder cannot be written.
     """

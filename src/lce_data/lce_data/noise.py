@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How noisy a measured series is, told from the series alone."""
+"""Estimate the noise of a measured series from the series alone."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -20,9 +20,9 @@ _MAD_TO_RMS: Final = 1.4826
 def noise_floor(series: Series) -> float:
     """RMS of the sample-to-sample noise, in the unit of the series.
 
-    From third differences, in which a smooth signal vanishes; their median makes the corners of the signal harmless.
-    A quantised series has at least the rounding noise of its step, q/√12. Noise that is correlated from sample to
-    sample is underestimated. The result is never zero: a noise-free (simulated) series gives 1e-6 of its range.
+    The estimate is made from third differences, in which a smooth signal vanishes; their median keeps corners of the
+    signal out of it. A quantised series has at least the rounding noise of its step q, q/√12. Noise that is correlated
+    from sample to sample is underestimated. The result is never zero: a series without noise gives 1e-6 of its range.
     """
     value = series.value
     smallest = 1e-6 * max(float(np.ptp(value)), 1e-6 * float(np.max(np.abs(value))), 1e-12)
@@ -36,6 +36,6 @@ def noise_floor(series: Series) -> float:
 
 
 def sensor_noise(runs: Sequence[Run], channels: Iterable[Channel]) -> dict[Channel, float]:
-    """RMS noise of each channel over the runs that measured it [SI], without the channels that none of them measured."""
+    """RMS noise [SI] of each channel over the runs that measured it; channels that no run measured are left out."""
     floors = {c: [noise_floor(run.series[c]) for run in runs if c in run.series] for c in channels}
     return {c: float(np.sqrt(np.mean(np.square(values)))) for c, values in floors.items() if values}

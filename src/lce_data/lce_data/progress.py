@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How long work says where it is, and how it is told to stop."""
+"""Long work reports its progress, and stops when it is asked to."""
 
 from typing import Protocol
 
@@ -7,9 +7,9 @@ from lce_data.errors import Cancelled
 
 
 class Progress(Protocol):
-    """Whoever watches a piece of work: a progress bar, a page, or nobody.
+    """Watches a piece of work: a progress bar, a page, or `silent`.
 
-    The work calls it often with the step it is at, and after each call asks whether to go on.
+    The work calls it after every step. An exception that it raises stops the work.
     """
 
     def __call__(self, label: str, done: int, total: int, rms: float) -> None:
@@ -20,7 +20,7 @@ class Progress(Protocol):
 
 
 def silent(label: str, done: int, total: int, rms: float) -> None:
-    """Watch nothing."""
+    """Show nothing."""
 
 
 class CancelToken:
@@ -55,5 +55,5 @@ class CancelToken:
 
 
 def watched(progress: Progress, cancel: CancelToken | None) -> Progress:
-    """``progress``, which also looks at a cancel token if there is one."""
+    """``progress``, which also raises Cancelled once the cancel token, if there is one, is cancelled."""
     return progress if cancel is None else cancel.watching(progress)

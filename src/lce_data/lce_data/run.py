@@ -4,12 +4,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
+from lce_data.experiment_file import Experiment
 
 Floats = NDArray[np.float64]
 
@@ -30,14 +30,14 @@ class Run:
     ----------
     series : what was measured, by channel; the laser power is held from sample to sample.
     sha256 : identifies the data.
-    conditions : what ``experiment.yaml`` says of the run, empty for a CSV.
+    experiment : what ``experiment.yaml`` says of the run, nothing for a CSV.
     """
 
     name: str
     series: Mapping[Channel, Series]
     path: Path = Path()
     sha256: str = ""
-    conditions: Mapping[str, Any] = field(default_factory=dict)
+    experiment: Experiment = field(default_factory=Experiment)
 
     @classmethod
     def of(
@@ -79,6 +79,5 @@ class Run:
 
     @property
     def strip_length_m(self) -> float | None:
-        """Length of the strip, if the recording says it."""
-        conditions = self.conditions.get("conditions")
-        return conditions.get("strip_length_m") if isinstance(conditions, Mapping) else None
+        """Length of the strip, None if the recording does not say it."""
+        return self.experiment.conditions.strip_length_m

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the recorder records unless told otherwise: the topics of the bench, relative to the namespace."""
+"""The topics of the bench, relative to its namespace; the recorder records them by default."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ TARGET = "target_displacement"
 
 
 def simulated_topic(channel: Channel) -> str:
-    """Where the simulator publishes what a channel's sensor without noise would show."""
+    """Topic on which the simulator publishes what a sensor without noise would show of a channel."""
     return f"sim/{channel.topic}"
 
 
@@ -22,7 +22,7 @@ RECORDED: Mapping[str, str] = {
     **{simulated_topic(channel): channel.message for channel in SENSORS},
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }
-"""Topic and message type."""
+"""Message type by topic, of every topic that is recorded by default."""
 
 LATCHED_TOPICS = frozenset({TARGET})
-"""Topics whose last message reaches a subscriber that comes later."""
+"""Topics whose last message also reaches a subscriber that joins later."""

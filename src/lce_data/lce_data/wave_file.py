@@ -1,35 +1,54 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Read `wave.csv`: columns `time_s,power_w`, time strictly increasing, power finite and not negative."""
+"""A waveform as a CSV file: `time_s,power_w`, time strictly increasing, power finite and not negative."""
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.errors import LceError
+from lce_data.files import read_csv_rows, write_atomically
 
-MAX_DURATION_S = 86400.0
+Floats = NDArray[np.float64]
+
+MAX_DURATION_S: Final = 86400.0
 """Longest waveform that is accepted, one day."""
 
-COLUMNS = ("time_s", "power_w")
+COLUMNS: Final = ("time_s", "power_w")
+
+_FINEST_S: Final = 0.01
+"""Time step of waveforms at the rate of the bench, 100 Hz: two decimals hold it."""
 
 
-def read_wave(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def write_wave(path: Path, time_s: Floats, power_w: Floats) -> None:
+    """Write a waveform, time [s] (n,) and power [W] (n,).
+
+    Raises
+    ------
+    LceError
+        If `read_wave` would refuse it, or the file cannot be written.
+    """
+    if not (np.isfinite(time_s).all() and np.isfinite(power_w).all()):
+        raise LceError(f"{path}: the waveform is not finite")
+    if power_w.min() < 0:
+        raise LceError(f"{path}: power_w = {power_w.min():g} W; a laser gives 0 W or more")
+    _check_time(path, time_s)
+    ticks = time_s / _FINEST_S
+    decimals = 2 if np.allclose(ticks, np.round(ticks), rtol=0.0, atol=1e-4) else 9
+    rows = [f"{t:.{decimals}f},{p:.6g}" for t, p in zip(time_s, power_w, strict=True)]
+    write_atomically(path, "\n".join([",".join(COLUMNS), *rows, ""]))
+
+
+def read_wave(path: Path) -> tuple[Floats, Floats]:
     """Time [s] (n,) and power [W] (n,) of a CSV file; other columns are ignored.
 
     Raises LceError naming the file, the line and the value.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except OSError as error:
-        raise LceError(f"{path}: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise LceError(f"{path}: not a CSV text file") from None
+    rows = read_csv_rows(path)
     header = [cell.strip() for cell in rows[0]] if rows else []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
@@ -39,7 +58,7 @@ def read_wave(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     if not values:
         raise LceError(f"{path}: no rows below the header")
     time_s, power_w = np.array(values).T.copy()
-    _check(path, time_s, power_w)
+    _check_time(path, time_s)
     return time_s, power_w
 
 
@@ -56,7 +75,7 @@ def _row(path: Path, line: int, row: list[str], at: list[int]) -> tuple[float, f
     return time_s, power_w
 
 
-def _check(path: Path, time_s: NDArray[np.float64], power_w: NDArray[np.float64]) -> None:
+def _check_time(path: Path, time_s: Floats) -> None:
     back = np.flatnonzero(np.diff(time_s) <= 0)
     if back.size:
         k = int(back[0])

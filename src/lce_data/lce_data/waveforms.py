@@ -34,7 +34,7 @@ class Option:
     many: bool = False
 
     def read(self, where: str, key: str, text: str) -> tuple[float, ...]:
-        """Values in `text`. Raises LceError with the value and the allowed range."""
+        """Read the values in `text`. Raises LceError that names the value and the allowed range."""
         parts = text.split("/") if self.many else [text]
         try:
             values = tuple(float(part) for part in parts)
@@ -51,7 +51,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch of waveform: its length in s, and its power in W as a function of the time in it (n,)."""
+    """A part of a waveform: its length in s, and its power in W as a function of the time in it (n,)."""
 
     duration_s: float
     power_w: Callable[[Floats], Floats]
@@ -66,15 +66,15 @@ class Shape:
     build: Callable[[Values], list[Piece]]
 
     def pieces(self, given: Values) -> list[Piece]:
-        """With the options given, and the defaults of the others."""
+        """Put the pieces together from the options given and the defaults of the others."""
         return self.build({k: given.get(k, option.default) for k, option in self.options.items()})
 
     def duration_s(self, given: Values) -> float:
-        """Length of the waveform in s."""
+        """Length of the waveform [s]."""
         return sum(piece.duration_s for piece in self.pieces(given))
 
     def power_w(self, given: Values) -> Floats:
-        """Power (n,) at RATE_HZ; it ends with 0."""
+        """Power [W] (n,) at RATE_HZ; it ends with 0."""
         pieces = self.pieces(given)
         parts = [piece.power_w(np.arange(round(piece.duration_s * RATE_HZ)) / RATE_HZ) for piece in pieces]
         return np.append(np.concatenate(parts), 0.0)
@@ -117,22 +117,26 @@ def _ramp(o: Values) -> list[Piece]:
     return [up, top, down, _hold(0.0, o["rest"][0])]
 
 
-_TAPS = {3: 2, 4: 3, 5: 3, 6: 5, 7: 6, 9: 5, 10: 7, 11: 9}
-"""Second tap of x^n + x^k + 1, primitive over GF(2), by order n."""
+_TAPS: Final = {3: (1,), 4: (1,), 5: (2,), 6: (1,), 7: (1,), 8: (1, 2, 7), 9: (4,), 10: (3,), 11: (2,)}
+"""Exponents k of x^n + Σ x^k + 1, primitive over GF(2), by order n: the reciprocals of scipy's own.
+
+With them a protocol gives the sequence that was recorded under its name since the first version.
+"""
 
 
 def prbs_bits(order: int, seed: int) -> NDArray[np.bool_]:
-    """One period, 2^order - 1 bits, of a maximal-length sequence begun where `seed` says. Raises LceError."""
+    """One period, 2^order - 1 bits, of a maximal-length sequence; the seed says where it starts.
+
+    Raises LceError for an order outside 3 .. 11.
+    """
+    from scipy.signal import max_len_seq
+
     if order not in _TAPS:
-        raise LceError(f"prbs: order = {order} has no sequence here; it is one of {', '.join(map(str, _TAPS))}")
-    length = 2**order - 1
-    state = 1 + seed % length
-    bits = np.empty(length, bool)
-    for k in range(length):
-        bits[k] = state & 1
-        feedback = (state ^ (state >> (order - _TAPS[order]))) & 1
-        state = (state >> 1) | (feedback << (order - 1))
-    return bits
+        raise LceError(f"prbs: order = {order} is outside {min(_TAPS)} .. {max(_TAPS)}")
+    register = 1 + seed % (2**order - 1)
+    state = [register >> k & 1 for k in range(order)]
+    bits, _ = max_len_seq(order, state=state, taps=_TAPS[order])
+    return bits.astype(bool)
 
 
 def _prbs(o: Values) -> list[Piece]:

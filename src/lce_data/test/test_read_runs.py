@@ -117,7 +117,7 @@ def test_a_bag_is_timed_by_stamps_and_read_whatever_its_namespace(tmp_path: Path
         yaml.safe_dump({"protocol": "pulse", "conditions": {"strip_length_m": 0.02}})
     )
     run = read_run(folder)
-    assert run.name == "pulse" and run.conditions["protocol"] == "pulse" and run.strip_length_m == 0.02
+    assert run.name == "pulse" and run.experiment.protocol == "pulse" and run.strip_length_m == 0.02
     assert run.power is not None and run.temperature is not None and run.displacement is not None
     assert run.power.time_s == pytest.approx(0.01 * np.arange(20))
     assert run.temperature.time_s == pytest.approx(0.1 * np.arange(8), abs=1e-6)  # not 5 ms later

@@ -39,7 +39,7 @@ def test_hold_takes_several_levels() -> None:
     np.testing.assert_allclose(wave.power_w[[0, 199, 200, 300, 499, 500]], [0.5, 0.5, 0, 1.5, 1.5, 0])
 
 
-@pytest.mark.parametrize("order", [3, 4, 5, 6, 7, 9, 10, 11])
+@pytest.mark.parametrize("order", range(3, 12))
 def test_prbs_is_of_maximal_length(order: int) -> None:
     bits = prbs_bits(order, seed=3)
     windows = {tuple(np.roll(bits, -k)[:order]) for k in range(bits.size)}
@@ -76,7 +76,6 @@ def test_a_campaign_is_not_one_run() -> None:
         ("pulse:amp=1,amp=2", "given twice"),
         ("stairs:steps=2.5", "steps = 2.5 is not a whole number"),
         ("cycles:count=10000,period=30000", "is longer than 86400 s"),
-        ("prbs:order=8", "order = 8 has no sequence"),
         ("missing.csv", "missing.csv: No such file"),
     ],
 )

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Message definitions and type hashes of the ROS prefix, which a bag carries so that any tool can read it."""
+"""Message definitions and type hashes, which a bag carries so that any tool can read it."""
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from lce_data.errors import LceError
 
-_SEPARATOR = "=" * 80 + "\nMSG: "
-_INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
-_PRIMITIVE = {"bool", "byte", "char", "float32", "float64", "string", "wstring"} | _INTEGERS
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
 
 
 @dataclass(frozen=True)
@@ -26,48 +25,53 @@ class MessageType:
     definition: str
 
 
+@cache
 def message_type(name: str) -> MessageType:
-    """Look `pkg/msg/Name` up in the prefixes of AMENT_PREFIX_PATH. Raises LceError if it is not installed."""
-    top = _text(name)
-    parts = [top, *(f"{_SEPARATOR}{part.replace('/msg/', '/')}\n{_text(part)}" for part in _made_of(name))]
-    hashes = json.loads(_file(name, ".json").read_text(encoding="utf-8"))["type_hashes"]
-    digest = next(entry["hash_string"] for entry in hashes if entry["type_name"] == name)
-    return MessageType(name, digest, "\n".join(parts))
+    """Look up `pkg/msg/Name` of ROS 2 Jazzy, or of the ROS prefix. Raises LceError if it is in neither."""
+    store = _store()
+    if name not in store.fielddefs:
+        _register_installed(store, name)
+    definition, _ = store.generate_msgdef(name, ros_version=2)
+    return MessageType(name, store.hash_rihs01(name), definition)
 
 
-def _made_of(name: str) -> list[str]:
-    """Message types inside `name`, each once, in the order in which they are met."""
-    found: dict[str, None] = {}
+@cache
+def _store() -> Typestore:
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def _register_installed(store: Typestore, name: str) -> None:
+    """Register a type that Jazzy does not bring, and what it is made of, from the .msg files of the ROS prefix."""
+    from rosbags.typesys import TypesysError, get_types_from_msg
+
+    found: dict[str, Any] = {}
     waiting = [name]
     while waiting:
-        for part in _fields(waiting.pop(0)):
-            if part not in found:
-                found[part] = None
-                waiting.append(part)
-    return list(found)
-
-
-def _fields(name: str) -> Iterator[str]:
-    package = name.split("/")[0]
-    for line in _text(name).splitlines():
-        words = line.split("#")[0].split()
-        if len(words) < 2 or "=" in words[1]:
+        missing = waiting.pop()
+        if missing in found or missing in store.fielddefs:
             continue
-        base = words[0].split("[")[0].split("<")[0]
-        if base in _PRIMITIVE:
-            continue
-        yield f"{base.split('/')[0]}/msg/{base.split('/')[-1]}" if "/" in base else f"{package}/msg/{base}"
+        file = _message_file(missing)
+        try:
+            found |= get_types_from_msg(file.read_text(encoding="utf-8"), missing)
+        except TypesysError as error:
+            raise LceError(f"{file}: {error}") from None
+        waiting += _parts(found[missing][1])
+    store.register(found)
 
 
-def _text(name: str) -> str:
-    return _file(name, ".msg").read_text(encoding="utf-8")
+def _parts(fields: object) -> list[str]:
+    """Names of the message types in rosbags' description of fields: nested tuples of names, kinds and lengths."""
+    if isinstance(fields, str):
+        return [fields] if "/msg/" in fields else []
+    return [name for field in fields for name in _parts(field)] if isinstance(fields, list | tuple) else []
 
 
-def _file(name: str, suffix: str) -> Path:
+def _message_file(name: str) -> Path:
     package, _, message = name.split("/")
-    prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
-    for prefix in filter(None, prefixes):
-        path = Path(prefix) / "share" / package / "msg" / f"{message}{suffix}"
+    for prefix in filter(None, [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]):
+        path = Path(prefix) / "share" / package / "msg" / f"{message}.msg"
         if path.is_file():
             return path
-    raise LceError(f"message type {name} is not installed (no {package}/msg/{message}{suffix} in the ROS prefix)")
+    raise LceError(f"message type {name} is not installed (no {package}/msg/{message}.msg in the ROS prefix)")

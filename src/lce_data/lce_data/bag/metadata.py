@@ -1,76 +1,128 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`metadata.yaml` of a rosbag2 folder, version 9, as ROS 2 Jazzy writes it."""
+"""`metadata.yaml` of a rosbag2 folder: version 9 is written, as ROS 2 Jazzy writes it; older ones are read too."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-import yaml
+import msgspec
+from msgspec import Struct
 
+from lce_data.errors import LceError
 from lce_data.files import write_atomically
+from lce_data.schema import checked, read_yaml
+from lce_data.yaml_text import dump
 
-FILE_NAME = "metadata.yaml"
-STATE = "lce_state"
+FILE_NAME: Final = "metadata.yaml"
+STATE: Final = "lce_state"
 """Key in custom_data that says whether the recording came to its end."""
-RECORDING, FINISHED, REPAIRED = "recording", "finished", "repaired"
+RECORDING: Final = "recording"
+FINISHED: Final = "finished"
+REPAIRED: Final = "repaired"
 
 
-@dataclass(frozen=True)
-class TopicCount:
-    """A recorded topic: name, type `pkg/msg/Name`, RIHS01 hash, QoS profiles offered, number of messages."""
+class Duration(Struct, frozen=True):
+    """A time span."""
+
+    nanoseconds: int
+
+
+class StartingTime(Struct, frozen=True):
+    """The log time of the first message."""
+
+    nanoseconds_since_epoch: int
+
+
+class Topic(Struct, frozen=True):
+    """A recorded topic: type `pkg/msg/Name`, QoS profiles offered (text in older versions), RIHS01 hash."""
 
     name: str
     type: str
-    hash: str
-    qos: tuple[Mapping[str, Any], ...]
-    count: int
+    serialization_format: str
+    offered_qos_profiles: list[dict[str, Any]] | str = ""
+    type_description_hash: str = ""
 
 
-def metadata(file: str, topics: Sequence[TopicCount], start_ns: int, end_ns: int, state: str) -> dict[str, Any]:
-    """The content of rosbag2_bagfile_information for one MCAP file."""
-    total = sum(topic.count for topic in topics)
-    starting = {"nanoseconds_since_epoch": start_ns}
-    duration = {"nanoseconds": end_ns - start_ns}
-    return {
-        "version": 9,
-        "storage_identifier": "mcap",
-        "duration": duration,
-        "starting_time": starting,
-        "message_count": total,
-        "topics_with_message_count": [_topic(topic) for topic in topics],
-        "compression_format": "",
-        "compression_mode": "",
-        "relative_file_paths": [file],
-        "files": [{"path": file, "starting_time": starting, "duration": duration, "message_count": total}],
-        "custom_data": {STATE: state},
-        "ros_distro": "jazzy",
-    }
+class TopicCount(Struct, frozen=True):
+    """A recorded topic and the number of its messages."""
+
+    topic_metadata: Topic
+    message_count: int
 
 
-def _topic(topic: TopicCount) -> dict[str, Any]:
-    about = {
-        "name": topic.name,
-        "type": topic.type,
-        "serialization_format": "cdr",
-        "offered_qos_profiles": [dict(profile) for profile in topic.qos],
-        "type_description_hash": topic.hash,
-    }
-    return {"topic_metadata": about, "message_count": topic.count}
+class BagFile(Struct, frozen=True):
+    """A file of the bag."""
+
+    path: str
+    starting_time: StartingTime
+    duration: Duration
+    message_count: int
 
 
-def dump(value: object) -> str:
-    """YAML text, keys in the order given, no anchors."""
-    return yaml.dump(value, Dumper=_Plain, sort_keys=False, allow_unicode=True)
+class BagMetadata(Struct, frozen=True):
+    """The content of the file below its key rosbag2_bagfile_information."""
+
+    version: int
+    storage_identifier: str
+    duration: Duration
+    starting_time: StartingTime
+    message_count: int
+    topics_with_message_count: list[TopicCount]
+    compression_format: str = ""
+    compression_mode: str = ""
+    relative_file_paths: list[str] = []
+    files: list[BagFile] = []
+    custom_data: dict[str, Any] | None = None
+    ros_distro: str = ""
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the recording came to its end; other recorders say nothing of it, and are believed."""
+        return (self.custom_data or {}).get(STATE, FINISHED) in (FINISHED, REPAIRED)
+
+    def as_yaml(self) -> str:
+        """The text that rosbag2 keeps inside the MCAP file."""
+        return dump(msgspec.to_builtins(self))
 
 
-def write(folder: Path, content: Mapping[str, Any]) -> None:
+class _File(Struct, frozen=True):
+    rosbag2_bagfile_information: BagMetadata
+
+
+def topic_count(name: str, type_name: str, type_hash: str, qos: Sequence[Mapping[str, Any]], count: int) -> TopicCount:
+    """Describe a topic whose messages are CDR."""
+    return TopicCount(Topic(name, type_name, "cdr", [dict(profile) for profile in qos], type_hash), count)
+
+
+def metadata(file: str, topics: Sequence[TopicCount], start_ns: int, end_ns: int, state: str) -> BagMetadata:
+    """Describe a bag of one MCAP file."""
+    total = sum(topic.message_count for topic in topics)
+    starting, duration = StartingTime(start_ns), Duration(end_ns - start_ns)
+    return BagMetadata(
+        version=9,
+        storage_identifier="mcap",
+        duration=duration,
+        starting_time=starting,
+        message_count=total,
+        topics_with_message_count=list(topics),
+        relative_file_paths=[file],
+        files=[BagFile(file, starting, duration, total)],
+        custom_data={STATE: state},
+        ros_distro="jazzy",
+    )
+
+
+def read(folder: Path) -> BagMetadata:
+    """Read metadata.yaml of a bag folder. Raises LceError naming the file, the key and the value."""
+    path = folder / FILE_NAME
+    content = read_yaml(path)
+    if not isinstance(content, dict):
+        raise LceError(f"{path}: the content is not keys with values")
+    return checked(path, content, _File).rosbag2_bagfile_information
+
+
+def write(folder: Path, content: BagMetadata) -> None:
     """Write metadata.yaml into a bag folder."""
-    write_atomically(folder / FILE_NAME, dump({"rosbag2_bagfile_information": dict(content)}))
-
-
-class _Plain(yaml.SafeDumper):
-    def ignore_aliases(self, data: object) -> bool:
-        return True
+    write_atomically(folder / FILE_NAME, dump(msgspec.to_builtins(_File(content))))

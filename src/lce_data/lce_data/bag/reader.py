@@ -1,95 +1,152 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The series of one experiment out of a rosbag2 folder or an MCAP file."""
+"""Read topics of numbers out of a rosbag2 folder or an MCAP file: any of them, or the channels of one experiment."""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from numpy.typing import NDArray
-from rosbags.rosbag2 import Reader, ReaderError
-from rosbags.typesys import Stores, get_typestore
 
 from lce_data.channels import CHANNELS, Channel
 from lce_data.errors import LceError
 
 Floats = NDArray[np.float64]
-Message = tuple[str, str, int, bytes]
-"""Topic, type, log time [ns], CDR."""
 
 Recorded = Mapping[Channel, tuple[Floats, Floats]]
-"""Time [s] and value [recorded unit] of each channel that was recorded."""
+"""Time [s] and value [recorded unit] of each channel that was recorded, (n,) each."""
 
-TOPICS: Final = {channel.topic: channel for channel in CHANNELS}
+CHANNEL_BY_TOPIC: Final = {channel.topic: channel for channel in CHANNELS}
 
 
-def read_bag(path: Path) -> Recorded:
-    """Read the channels of a bag; LceError names the bag, the topic, and what to do.
+@dataclass(frozen=True)
+class Messages:
+    """The messages of one topic in the order of the bag: their type, and log time [ns] and CDR of each."""
 
-    ``temperature`` is timed by its header stamp, the plain Float64 topics by the log time of the bag.
+    type: str
+    log_time_ns: list[int] = field(default_factory=list)
+    cdr: list[bytes] = field(default_factory=list)
+
+    def by_log_time(self) -> tuple[Floats, Floats]:
+        """Time [s] at which each message was recorded, and its number."""
+        return _seconds(self.log_time_ns), NUMBERS[self.type](self)[1]
+
+    def by_stamp(self) -> tuple[Floats, Floats]:
+        """Time [s] in the header of each message, or at which it was recorded if it has none, and its number."""
+        time_ns, value = NUMBERS[self.type](self)
+        return _seconds(self.log_time_ns if time_ns is None else time_ns), value
+
+
+def read_topics(path: Path, wanted: Callable[[str, str], bool]) -> dict[str, Messages]:
+    """Read the topics of a bag for which ``wanted(topic, type)``.
+
+    Raises
+    ------
+    LceError
+        If the bag cannot be read, or a topic has messages of two types; names the bag and what to do.
     """
+    from mcap.exceptions import McapError
+    from rosbags.rosbag2 import ReaderError
+
+    found: dict[str, Messages] = {}
     try:
-        messages = list(_from_file(path) if path.is_file() else _from_folder(path))
+        for topic, type_name, log_time_ns, cdr in (_from_file if path.is_file() else _from_folder)(path, wanted):
+            messages = found.setdefault(topic, Messages(type_name))
+            if messages.type != type_name:
+                raise LceError(f"{path}: topic {topic} is a {type_name}, and a {messages.type} as well")
+            messages.log_time_ns.append(log_time_ns)
+            messages.cdr.append(cdr)
     except (ReaderError, McapError, OSError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise LceError(f"{path}: not a readable bag ({reason}); if it was cut short, run: lce repair {path}") from None
-    if not messages:
+    return found
+
+
+def read_numbers(path: Path) -> dict[str, tuple[Floats, Floats]]:
+    """Log time [s] and number, (n,) each, of every topic of a bag that holds numbers.
+
+    Raises LceError if the bag cannot be read.
+    """
+    found = read_topics(path, lambda _, type_name: type_name in NUMBERS)
+    return {topic: messages.by_log_time() for topic, messages in found.items()}
+
+
+def read_bag(path: Path) -> Recorded:
+    """Read the channels of a bag, timed by their header stamps, or by the log time of the bag if they have none.
+
+    Raises
+    ------
+    LceError
+        If the bag cannot be read, is empty, or holds several actuators or a channel of another type; names the bag,
+        the topic, and what to do.
+    """
+    found = read_topics(path, lambda topic, _: _is_channel(topic))
+    if not found:
         raise LceError(f"{path}: the bag is empty; if it was cut short, run: lce repair {path}")
-    namespace = _namespace(path, {topic for topic, *_ in messages})
-    found: dict[str, list[Message]] = {name: [] for name in TOPICS}
-    for message in messages:
-        name = message[0].removeprefix(namespace)
-        if name in TOPICS and message[0].startswith(namespace):
-            wanted = TOPICS[name].message
-            if message[1] != wanted:
-                raise LceError(f"{path}: topic {message[0]} is a {message[1]}, not a {wanted}")
-            found[name].append(message)
-    return {TOPICS[name]: READERS[TOPICS[name].message](messages) for name, messages in found.items() if messages}
+    namespace = _namespace(path, found)
+    recorded: dict[Channel, tuple[Floats, Floats]] = {}
+    for channel in CHANNELS:
+        messages = found.get(f"{namespace}{channel.topic}")
+        if messages is None:
+            continue
+        if messages.type != channel.message:
+            raise LceError(f"{path}: topic {namespace}{channel.topic} is a {messages.type}, not a {channel.message}")
+        recorded[channel] = _latest(*messages.by_stamp())
+    return recorded
 
 
-def _from_folder(path: Path) -> Iterator[Message]:
+def _from_folder(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[tuple[str, str, int, bytes]]:
+    """Topic, type, log time [ns] and CDR of each message of a folder."""
+    from rosbags.rosbag2 import Reader
+
     with Reader(path) as reader:
-        wanted = [c for c in reader.connections if _relevant(c.topic)]
-        if not wanted:
-            return
-        for connection, time_ns, data in reader.messages(wanted):
-            yield connection.topic, connection.msgtype, time_ns, bytes(data)
+        connections = [c for c in reader.connections if wanted(c.topic, c.msgtype)]
+        if connections:  # rosbags takes an empty choice for all
+            for connection, time_ns, data in reader.messages(connections):
+                yield connection.topic, connection.msgtype, time_ns, bytes(data)
 
 
-def _from_file(path: Path) -> Iterator[Message]:
+def _from_file(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[tuple[str, str, int, bytes]]:
+    """Topic, type, log time [ns] and CDR of each message of an MCAP file."""
+    from mcap.reader import make_reader
+
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
-            if schema is not None and _relevant(channel.topic):
+            if schema is not None and wanted(channel.topic, schema.name):
                 yield channel.topic, schema.name, message.log_time, message.data
 
 
-def _relevant(topic: str) -> bool:
-    return any(topic == name or topic.endswith(f"/{name}") for name in TOPICS) and "/sim/" not in f"/{topic}"
+def _is_channel(topic: str) -> bool:
+    """Whether a topic is that of a channel in some namespace, and not what the simulator knows of it."""
+    return any(f"/{topic}".endswith(f"/{name}") for name in CHANNEL_BY_TOPIC) and "/sim/" not in f"/{topic}"
 
 
 def _namespace(path: Path, topics: Iterable[str]) -> str:
-    """What stands before the topic names; LceError where two actuators were recorded into one bag."""
-    fronts = {topic.removesuffix(name) for topic in topics for name in TOPICS if f"/{topic}".endswith(f"/{name}")}
+    """What stands before the topics' names. Raises LceError if two actuators were recorded into one bag."""
+    names = CHANNEL_BY_TOPIC
+    fronts = {topic.removesuffix(name) for topic in topics for name in names if f"/{topic}".endswith(f"/{name}")}
     if len(fronts) > 1:
         raise LceError(f"{path}: several actuators in one bag ({', '.join(sorted(fronts))}); record each on its own")
     return fronts.pop()
 
 
-def _floats(messages: list[Message]) -> tuple[Floats, Floats]:
+def _floats(messages: Messages) -> tuple[None, Floats]:
     """Float64 messages: four bytes of CDR header, of which the second tells the byte order, then the number."""
-    order = "<f8" if messages[0][3][1] & 1 else ">f8"
-    value = np.frombuffer(b"".join(m[3][4:12] for m in messages), dtype=order).astype(np.float64)
-    return _latest(_seconds([m[2] for m in messages]), value)
+    order = "<f8" if messages.cdr[0][1] & 1 else ">f8"
+    return None, np.frombuffer(b"".join(cdr[4:12] for cdr in messages.cdr), dtype=order).astype(np.float64)
 
 
-def _temperatures(messages: list[Message]) -> tuple[Floats, Floats]:
+def _temperatures(messages: Messages) -> tuple[list[int], Floats]:
+    from rosbags.typesys import Stores, get_typestore
+
     store = get_typestore(Stores.ROS2_JAZZY)
-    decoded = [store.deserialize_cdr(m[3], m[1]) for m in messages]
-    stamp = [m.header.stamp for m in decoded]  # type: ignore[attr-defined]
-    time = _seconds([s.sec * 1_000_000_000 + s.nanosec for s in stamp])
-    return _latest(time, np.array([m.temperature for m in decoded], dtype=np.float64))  # type: ignore[attr-defined]
+    decoded: list[Any] = [store.deserialize_cdr(cdr, messages.type) for cdr in messages.cdr]
+    stamps = [message.header.stamp for message in decoded]
+    time_ns = [stamp.sec * 1_000_000_000 + stamp.nanosec for stamp in stamps]
+    return time_ns, np.array([message.temperature for message in decoded], dtype=np.float64)
 
 
 def _seconds(time_ns: list[int]) -> Floats:
@@ -102,8 +159,8 @@ def _latest(time: Floats, value: Floats) -> tuple[Floats, Floats]:
     return time[last], value[last]
 
 
-READERS: Final[Mapping[str, Callable[[list[Message]], tuple[Floats, Floats]]]] = {
+NUMBERS: Final[Mapping[str, Callable[[Messages], tuple[list[int] | None, Floats]]]] = {
     "std_msgs/msg/Float64": _floats,
     "sensor_msgs/msg/Temperature": _temperatures,
 }
-"""How a series is read from messages of a type."""
+"""How header stamps [ns], if there are any, and numbers are decoded from messages of a type."""

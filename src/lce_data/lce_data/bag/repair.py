@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Make a bag that a crash cut short readable by every tool: copy its whole records into a finished file."""
+"""Repair a bag that a crash cut short: copy its whole records into a finished file, which every tool reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from zstandard import ZstdError
 
 from lce_data.bag import metadata as bag_metadata
 from lce_data.bag.message_types import message_type
-from lce_data.bag.metadata import FINISHED, REPAIRED, STATE, TopicCount
+from lce_data.bag.metadata import REPAIRED, TopicCount, topic_count
 from lce_data.bag.writer import LIBRARY
 from lce_data.errors import LceError
 
@@ -33,7 +33,7 @@ _DATA_END = 0x0F
 class Repair:
     """What was done to a bag: messages kept, seconds they span, bytes that could not be used.
 
-    `original` is where the damaged file was put; None where nothing had to be done.
+    `original` is where the damaged file was put, None if the bag was whole.
     """
 
     path: Path
@@ -46,7 +46,7 @@ class Repair:
 def repair(bag: Path) -> Repair:
     """Repair a bag folder or a single .mcap file in place, keeping the damaged file under another name.
 
-    A bag that is whole is left alone. Raises LceError, with nothing changed, where there is nothing to keep.
+    A whole bag is left alone. Raises LceError, and changes nothing, if the file holds no whole message.
     """
     folder, file = _find(bag)
     whole = _read_whole(file)
@@ -65,11 +65,11 @@ def repair(bag: Path) -> Repair:
         part.unlink(missing_ok=True)
     if folder is not None:
         bag_metadata.write(folder, content)
-    return Repair(bag, content["message_count"], (end_ns - start_ns) / 1e9, lost, original)
+    return Repair(bag, content.message_count, (end_ns - start_ns) / 1e9, lost, original)
 
 
 def _keep(file: Path, original: Path) -> None:
-    """Give the damaged file a second name (without hard links: another name, for a moment the only one)."""
+    """Give the damaged file a second name. Without hard links it is renamed, and for a moment the bag has no file."""
     try:
         os.link(file, original)
     except OSError:
@@ -89,17 +89,15 @@ def _find(bag: Path) -> tuple[Path | None, Path]:
 
 
 def _is_finished(folder: Path) -> bool:
-    """Whether metadata.yaml is there and does not say that the recording was still going on."""
+    """Whether metadata.yaml can be read and does not say that the recording was still going on."""
     try:
-        content = yaml.safe_load((folder / bag_metadata.FILE_NAME).read_text(encoding="utf-8"))
-        custom = content["rosbag2_bagfile_information"]["custom_data"] or {}
-        return custom.get(STATE, FINISHED) in (FINISHED, REPAIRED)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
+        return bag_metadata.read(folder).is_finished
+    except LceError:
         return False
 
 
 def _read_whole(file: Path) -> tuple[int, float] | None:
-    """(messages, seconds) of a finished MCAP file, None for any other."""
+    """Messages and seconds of a finished MCAP file, None if it is not finished."""
     try:
         with file.open("rb") as stream:
             summary = make_reader(stream).get_summary()
@@ -111,48 +109,61 @@ def _read_whole(file: Path) -> tuple[int, float] | None:
     return found.message_count, (found.message_end_time - found.message_start_time) / 1e9
 
 
+class _Copy:
+    """A finished MCAP file in the making, out of records of another one."""
+
+    def __init__(self, target: BinaryIO) -> None:
+        self._writer: Any = Writer(target, compression=CompressionType.NONE)
+        self._writer.start(profile="ros2", library=LIBRARY)
+        self._schemas: dict[int, tuple[int, str]] = {}
+        self._channels: dict[int, tuple[int, Channel, str]] = {}
+        self._counts: Counter[int] = Counter()
+        self.start_ns = self.end_ns = 0
+        self.lost = 0
+
+    def add(self, record: McapRecord) -> None:
+        """Copy a record; of a chunk that could not be unpacked the size is added to ``lost``."""
+        if isinstance(record, Chunk):
+            self.lost += len(record.data)
+        elif isinstance(record, Schema) and record.id not in self._schemas:
+            made = self._writer.register_schema(record.name, record.encoding, record.data)
+            self._schemas[record.id] = made, record.name
+        elif isinstance(record, Channel) and record.id not in self._channels:
+            schema, type_name = self._schemas.get(record.schema_id, (0, ""))
+            made = self._writer.register_channel(record.topic, record.message_encoding, schema, record.metadata)
+            self._channels[record.id] = made, record, type_name
+        elif isinstance(record, Message) and record.channel_id in self._channels:
+            self._add_message(record)
+
+    def finish(self) -> list[TopicCount]:
+        """Write the index of the file. Returns the topics by name, none if there was no message."""
+        if self._counts:
+            self._writer.finish()
+        topics = [_topic(channel, kind, self._counts[k]) for k, (_, channel, kind) in self._channels.items()]
+        return sorted(topics, key=lambda topic: topic.topic_metadata.name) if self._counts else []
+
+    def _add_message(self, record: Message) -> None:
+        made = self._channels[record.channel_id][0]
+        self._writer.add_message(made, record.log_time, record.data, record.publish_time, record.sequence)
+        self.start_ns = min(self.start_ns, record.log_time) if self._counts else record.log_time
+        self.end_ns = max(self.end_ns, record.log_time)
+        self._counts[record.channel_id] += 1
+
+
 def _copy(file: Path, part: Path) -> tuple[list[TopicCount], int, int, int]:
     """Copy the whole records of `file` into a finished `part`: (topics, first ns, last ns, bytes unused)."""
-    schemas: dict[int, tuple[int, str]] = {}
-    channels: dict[int, tuple[int, Channel, str]] = {}
-    counts: Counter[int] = Counter()
-    times = [0, 0]
     with file.open("rb") as source, part.open("wb") as target:
         end = _whole_records(file, source)
-        lost = source.seek(0, os.SEEK_END) - end
-        writer: Any = Writer(target, compression=CompressionType.NONE)
-        writer.start(profile="ros2", library=LIBRARY)
+        unread = source.seek(0, os.SEEK_END) - end
+        copy = _Copy(target)
         for record in _records(source, end):
-            if isinstance(record, Chunk):  # one that cannot be unpacked
-                lost += len(record.data)
-            elif isinstance(record, Schema) and record.id not in schemas:
-                made = writer.register_schema(record.name, record.encoding, record.data)
-                schemas[record.id] = made, record.name
-            elif isinstance(record, Channel) and record.id not in channels:
-                schema, type_name = schemas.get(record.schema_id, (0, ""))
-                made = writer.register_channel(record.topic, record.message_encoding, schema, record.metadata)
-                channels[record.id] = made, record, type_name
-            elif isinstance(record, Message) and record.channel_id in channels:
-                writer.add_message(
-                    channels[record.channel_id][0],
-                    record.log_time,
-                    record.data,
-                    record.publish_time,
-                    record.sequence,
-                )
-                times = (
-                    [min(times[0], record.log_time), max(times[1], record.log_time)]
-                    if counts
-                    else [record.log_time] * 2
-                )
-                counts[record.channel_id] += 1
-        if not counts:
+            copy.add(record)
+        topics = copy.finish()
+        if not topics:
             raise LceError(f"{file}: no whole message in it; there is nothing to repair")
-        writer.finish()
         target.flush()
         os.fsync(target.fileno())
-    topics = [_topic(channel, type_name, counts[k]) for k, (_, channel, type_name) in channels.items()]
-    return sorted(topics, key=lambda topic: topic.name), times[0], times[1], lost
+    return topics, copy.start_ns, copy.end_ns, unread + copy.lost
 
 
 class _Beginning:
@@ -169,7 +180,7 @@ class _Beginning:
 
 
 def _records(stream: BinaryIO, end: int) -> Iterator[McapRecord]:
-    """Records before `end`, chunks unpacked; a chunk that is damaged comes as it is."""
+    """Records before the offset `end`, chunks unpacked; a damaged chunk is yielded as it is."""
     reader = StreamReader(_Beginning(stream, end), emit_chunks=True, record_size_limit=None)  # type: ignore[arg-type]
     try:
         for record in reader.records:
@@ -192,13 +203,13 @@ def _topic(channel: Channel, type_name: str, count: int) -> TopicCount:
     qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or ()
     try:
         digest = message_type(type_name).hash
-    except (LceError, ValueError):  # a type that is not installed here: readers do not need the hash
+    except (LceError, ValueError):  # an unknown type: readers do not need the hash
         digest = ""
-    return TopicCount(channel.topic, type_name, digest, tuple(qos), count)
+    return topic_count(channel.topic, type_name, digest, qos, count)
 
 
 def _whole_records(file: Path, stream: BinaryIO) -> int:
-    """Offset behind the last whole record of the data section; to mcap's reader a short one is whole."""
+    """Offset behind the last whole record of the data section. (mcap's own reader takes a short record for whole.)"""
     size = stream.seek(0, os.SEEK_END)
     stream.seek(0)
     if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write a rosbag2 folder with MCAP storage so that a crash loses no more than what was not yet flushed.
+"""Write a rosbag2 folder with MCAP storage; a crash loses only the messages since the last flush.
 
-Messages are kept back until `flush`, which puts them in order of (log time, topic) and writes them as one
-chunk: in lockstep the same messages give the same file, whatever order the callbacks ran in.
+`flush` sorts the messages received since the last one by (log time, topic) and writes them as one chunk. In lockstep
+the same messages therefore give the same file, whatever order the callbacks ran in.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from mcap.writer import CompressionType, Writer
 from lce_data import __version__
 from lce_data.bag import metadata as bag_metadata
 from lce_data.bag.message_types import MessageType, message_type
-from lce_data.bag.metadata import FINISHED, RECORDING, TopicCount
+from lce_data.bag.metadata import FINISHED, RECORDING, BagMetadata, topic_count
 from lce_data.errors import LceError
+from lce_data.yaml_text import dump
 
 LIBRARY = f"lce {__version__}"
 FILE_NAME = "recording.mcap"
@@ -29,7 +30,7 @@ _CHUNK_BYTES = 1 << 20
 class BagWriter:
     """One recording. `folder` must not exist; it gets a metadata.yaml at once, which says "recording".
 
-    Raises LceError where the folder exists or cannot be made, or a message type is not installed.
+    Raises LceError if the folder exists or cannot be made, or a message type is not installed.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -58,13 +59,13 @@ class BagWriter:
         if type_name not in self._schemas:
             definition = kind.definition.encode()
             self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", definition)
-        about = {"offered_qos_profiles": bag_metadata.dump([dict(profile) for profile in qos]).strip()}
+        about = {"offered_qos_profiles": dump([dict(profile) for profile in qos]).strip()}
         channel = self._writer.register_channel(name, "cdr", self._schemas[type_name], about)
         self._channels[name] = channel, kind, tuple(qos)
         self.counts[name] = 0
 
     def write(self, topic: str, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Take one serialised message of an announced topic; it is on its way to disk at the next flush."""
+        """Take one serialised message of an announced topic; the next flush hands it to the operating system."""
         self._waiting.append((log_ns, topic, publish_ns, data))
 
     def flush(self) -> None:
@@ -87,14 +88,14 @@ class BagWriter:
             return
         self.flush()
         content = self._metadata(FINISHED)
-        self._writer.add_metadata("rosbag2", {"serialized_metadata": bag_metadata.dump(content)})
+        self._writer.add_metadata("rosbag2", {"serialized_metadata": content.as_yaml()})
         self._writer.finish()
         self._stream.close()
         bag_metadata.write(self.folder, content)
 
-    def _metadata(self, state: str) -> dict[str, Any]:
+    def _metadata(self, state: str) -> BagMetadata:
         topics = [
-            TopicCount(name, kind.name, kind.hash, qos, self.counts[name])
+            topic_count(name, kind.name, kind.hash, qos, self.counts[name])
             for name, (_, kind, qos) in sorted(self._channels.items())
         ]
         return bag_metadata.metadata(self.file.name, topics, self.start_ns, self.end_ns, state)
