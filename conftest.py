@@ -36,7 +36,9 @@ def _tier(item: pytest.Item) -> str:
             return tier
     if item.path.is_relative_to(SYSTEM):
         return "system"
-    return "ros" if "bench" in getattr(item, "fixturenames", ()) else "pure"
+    if "bench" in getattr(item, "fixturenames", ()):
+        return "ros"
+    return "system" if item.get_closest_marker("alone") else "pure"
 
 
 def _chosen(config: pytest.Config) -> bool:

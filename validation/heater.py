@@ -19,6 +19,7 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 FULL_DRIVE_PERCENT = 100.0
+RUNS = ("sin_5_50_run_1", "sin_5_50_run_2", "step_50_run_1", "step_50_run_2")
 
 
 def find(repository: Path = REPOSITORY) -> Path | None:
@@ -52,9 +53,8 @@ def convert(source: Path, target: Path) -> Path:
 
 
 def convert_all(folder: Path, target: Path) -> dict[str, Path]:
-    """Convert the runs of `folder` into the existing folder `target`; the files by the run's name."""
-    sources = sorted(folder.glob("*_50_run_*.csv"))
-    return {source.stem: convert(source, target / source.name) for source in sources}
+    """Convert RUNS out of `folder` into the existing folder `target`; the files by the run's name."""
+    return {name: convert(folder / f"{name}.csv", target / f"{name}.csv") for name in RUNS}
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import pytest
 from lce_app.cli.main import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("test/*.md")])
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 
 
@@ -38,6 +38,14 @@ def test_links_lead_to_files_of_the_repository(document: Path) -> None:
 
 
 @each_document
+def test_modules_that_are_named_exist(document: Path) -> None:
+    folders = [ROOT, *ROOT.glob("src/*"), *ROOT.glob("src/*/lce_*")]
+    for text in code(document):
+        for name in re.findall(r"(?<![\w./-])\w+/[\w/]+\.py\b", text):
+            assert any((folder / name).exists() for folder in folders), f"{document.name}: {name}"
+
+
+@each_document
 def test_commands_and_their_options_exist(document: Path) -> None:
     for text in code(document):
         for command, rest in re.findall(r"(?:^|\s)lce ([a-z]+)\b(.*)", text):
@@ -60,7 +68,7 @@ def test_tests_that_are_named_exist(document: Path) -> None:
     sources = [*ROOT.glob("test/**/*.py"), *ROOT.glob("src/*/test/**/*.py")]
     known = {name for file in sources for name in re.findall(r"def (test_\w+)", file.read_text(encoding="utf-8"))}
     for text in code(document):
-        for name in re.findall(r"\btest_\w+\b(?!\.py)", text):
+        for name in re.findall(r"\btest_\w+\b(?!\.)", text):
             assert name in known, f"{document.name}: {name}"
 
 

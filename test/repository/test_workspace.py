@@ -4,6 +4,7 @@
 import ast
 import re
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,6 +20,7 @@ ROSDEP = {  # import name: rosdep key, where they differ
     "fastapi": "",  # comes with nicegui
     "jinja2": "python3-jinja2",
     "joblib": "python3-joblib",
+    "markupsafe": "",  # comes with jinja2
     "mcap": "",  # requirements/ubuntu.txt
     "msgspec": "",  # requirements/ubuntu.txt
     "nicegui": "",  # requirements/ubuntu.txt
@@ -29,6 +31,7 @@ ROSDEP = {  # import name: rosdep key, where they differ
     "rosbags": "python3-rosbags-pip",
     "scipy": "python3-scipy",
     "serial": "python3-serial",
+    "starlette": "",  # comes with nicegui
     "tqdm": "python3-tqdm",
     "uplot": "",  # requirements/ubuntu.txt
     "yaml": "python3-yaml",
@@ -89,6 +92,8 @@ def test_every_source_file_names_its_licence() -> None:
 @pytest.mark.parametrize("package", [name for name in PACKAGES if name != "lce_interfaces"])
 def test_files_beside_the_modules_are_installed_too(package: str) -> None:
     setup = (SOURCES / package / "setup.py").read_text(encoding="utf-8")
+    patterns = re.findall(r'"([^"]+)"', setup)
     for file in (SOURCES / package / package).rglob("*.*"):
         if file.is_file() and not {"__pycache__", ".ruff_cache", ".mypy_cache"} & set(file.parts):
-            assert file.suffix == ".py" or f'"*{file.suffix}"' in setup, file
+            name = str(file.relative_to(SOURCES / package / package))
+            assert file.suffix == ".py" or any(fnmatch(name, pattern) for pattern in patterns), file

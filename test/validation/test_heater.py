@@ -18,7 +18,11 @@ PAGE = (heater.REPOSITORY / "docs" / "heater.md").read_text(encoding="utf-8")
 DATA = heater.find()
 
 pytestmark = [
-    pytest.mark.skipif(DATA is None, reason="the measured heater runs are not beside this repository"),
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        DATA is None,
+        reason="no heater runs: git clone the source that docs/heater.md names",
+    ),
     pytest.mark.timeout(300),  # the first test waits for all commands of the page
 ]
 
