@@ -1,35 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the user of the workbench decided, kept in ``FOLDER/workbench/``: roles of runs, models, and which is current.
+"""The user's decisions in the workbench, in ``FOLDER/workbench/``: roles of runs, models, and the current model.
 
-A model is a numbered file that is never changed; undo goes back to the one that it came from.
+A model is a numbered file that is never changed; undo goes back to its parent.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Final, Literal
 
-import yaml
+from msgspec import Struct, to_builtins
 
 from lce_data.errors import LceError
+from lce_data.files import write_atomically
+from lce_data.schema import checked, read_yaml
+from lce_data.yaml_text import dump
 
 Role = Literal["train", "test", "off"]
 NAME: Final = "workbench"
-FORMAT: Final = "lce-workbench-1"
+FILE_NAME: Final = "session.yaml"
 
 
-@dataclass(frozen=True)
-class Kept:
-    """A model of the history: its number, how it came about, the number of the one that it came from, and the command
-    that does the same.
-    """
+class Kept(Struct, frozen=True, forbid_unknown_fields=True):
+    """A model of the history: its number, how it came about, its parent's number, and the command that makes it."""
 
     number: int
     how: str
     parent: int | None = None
     command: str = ""
+
+
+class SessionFile(Struct, frozen=True):
+    """The content of ``session.yaml``: the role of each run by its path, the models, the current one's number."""
+
+    format: Literal["lce-workbench-1"]
+    roles: dict[str, Role]
+    models: list[Kept]
+    current: int | None
 
 
 @dataclass(frozen=True)
@@ -55,7 +64,7 @@ class Session:
         return self.place / f"diagnosis-{number}.json"
 
     def kept(self, number: int) -> Kept:
-        """A model of the history; LceError where there is none of that number."""
+        """A model of the history. Raises LceError if no model has that number."""
         for entry in self.models:
             if entry.number == number:
                 return entry
@@ -66,7 +75,7 @@ class Session:
         return tuple(name for name, r in self.roles.items() if r == role)
 
     def with_role(self, name: str, role: Role) -> Session:
-        """A run to learn from, to hold out, or to leave aside."""
+        """The same session, with another role of a run."""
         return replace(self, roles={**self.roles, name: role})
 
     def next_number(self) -> int:
@@ -74,69 +83,64 @@ class Session:
         return 1 + max((entry.number for entry in self.models), default=0)
 
     def with_model(self, how: str, parent: int | None, command: str = "") -> Session:
-        """The model whose file has the next number joins the history and is current."""
+        """The same session, with the model of the next number in its history and current."""
         entry = Kept(self.next_number(), how, parent, command)
         return replace(self, models=(*self.models, entry), current=entry.number)
 
     def with_current(self, number: int) -> Session:
-        """Another model of the history is current."""
+        """The same session, with another model of the history current."""
         return replace(self, current=self.kept(number).number)
 
     def undone(self) -> Session:
-        """The model that the current one came from is current again; LceError where it came from none."""
+        """The parent of the current model is current again. Raises LceError if there is no such parent."""
         parent = self.kept(self.current).parent if self.current is not None else None
         if parent is None:
             raise LceError("nothing to undo: the model came from no other")
         return self.with_current(parent)
 
     def make_place(self) -> None:
-        """Make the folder of its files; LceError where that cannot be."""
+        """Make the folder of its files. Raises LceError if that fails."""
         try:
             self.place.mkdir(exist_ok=True)
         except OSError as error:
             raise LceError(f"{self.place}: cannot be made ({error.strerror})") from None
 
     def save(self) -> None:
-        """Write it beside the runs; LceError where nothing can be written."""
-        from lce_data.files import write_atomically
-
+        """Write the session beside the runs. Raises LceError if the folder cannot be written."""
         self.make_place()
-        content = {
-            "format": FORMAT,
-            "roles": dict(self.roles),
-            "models": [asdict(entry) for entry in self.models],
-            "current": self.current,
-        }
-        write_atomically(self.place / "session.yaml", yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+        content = SessionFile("lce-workbench-1", dict(self.roles), list(self.models), self.current)
+        write_atomically(self.place / FILE_NAME, dump(to_builtins(content)))
 
 
 def load(folder: Path) -> Session:
-    """The session of a folder, empty where it has none; LceError where its file is not one."""
-    file = folder / NAME / "session.yaml"
+    """Read the session of a folder, an empty one if it has no file.
+
+    Raises
+    ------
+    LceError
+        If the file is not a session; names the file, the key and the value.
+    """
+    file = folder / NAME / FILE_NAME
     if not file.exists():
         return Session(folder, {})
     try:
-        content: Any = yaml.safe_load(file.read_text(encoding="utf-8"))
-        if content["format"] != FORMAT or not set(content["roles"].values()) <= set(get_args(Role)):
-            raise KeyError
-        models = tuple(Kept(**entry) for entry in content["models"])
-        found = Session(folder, content["roles"], models, content["current"])
-        if found.current is not None:
-            found.kept(found.current)
-        return found
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
-        raise LceError(f"{file}: no session of the workbench; move it away to begin anew") from None
+        content = checked(f"{file}: no session of the workbench", read_yaml(file), SessionFile)
+    except LceError as error:
+        raise LceError(f"{error}; move it away to begin anew") from None
+    if content.current not in (None, *(entry.number for entry in content.models)):
+        raise LceError(f"{file}: current is {content.current}, which is the number of no model of the session")
+    return Session(folder, content.roles, tuple(content.models), content.current)
 
 
 def is_run(path: Path) -> bool:
-    """Does it look like a run: a bag folder, an MCAP file, a CSV?"""
+    """Whether a path looks like a run: a bag folder, an MCAP file or a CSV."""
     if path.is_dir():
         return (path / "metadata.yaml").exists() or any(path.glob("*.mcap"))
     return path.suffix.lower() in (".mcap", ".csv")
 
 
 def find_runs(folder: Path, depth: int = 4) -> dict[str, Path]:
-    """What looks like a run in a folder and below it, by its path from there; nothing that a link leads out to."""
+    """Paths that look like runs in a folder and below it, by their path from there; links out of it are left out."""
     root = folder.resolve()
     found: dict[str, Path] = {}
 
