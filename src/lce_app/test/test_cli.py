@@ -3,7 +3,6 @@
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +15,46 @@ from lce_model import default_model, load_model, save_model, simulate
 LCE = [sys.executable, "-m", "lce_app.cli.main"]
 
 
-def test_help_comes_at_once_and_names_every_command() -> None:
-    took = []
-    for _ in range(3):
-        start = time.perf_counter()
-        done = subprocess.run([*LCE, "--help"], capture_output=True, text=True, check=True)
-        took.append(time.perf_counter() - start)
-    assert min(took) < 0.5
-    assert all(f"\n    {name} " in done.stdout for name in cli.COMMANDS)
+SLOW = {"numba", "scipy", "numpy", "rosbags", "rclpy", "nicegui", "tqdm", "yaml"}
+"""Packages that take long to import, all in all seconds."""
+
+
+def imported(*words: str, status: int = 0) -> tuple[set[str], str]:
+    """Top-level packages that a command imports, and what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *LCE[1:], *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == status, done.stderr
+    lines = done.stderr.splitlines()
+    names = {line.rpartition("|")[2].strip().partition(".")[0] for line in lines if line.startswith("import time:")}
+    rest = "\n".join(line for line in lines if not line.startswith("import time:"))
+    return names, done.stdout + rest
+
+
+def test_help_names_every_command_and_imports_nothing_slow() -> None:
+    names, said = imported("--help")
+    assert not names & SLOW
+    assert all(f"\n    {name} " in said for name in cli.COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("words", "missing"),
+    [
+        ("compare nosuch.csv --model m.yaml", "nosuch.csv: no such file or folder"),
+        ("fit nosuch.csv --out m.yaml", "nosuch.csv: no such file or folder"),
+        ("diagnose nosuch.csv --model m.yaml", "nosuch.csv: no such file or folder"),
+        ("add creep nosuch.csv --model m.yaml --out m2.yaml", "nosuch.csv: no such file or folder"),
+        ("design --model nosuch.yaml --between creep,radiation --out w.csv", "nosuch.yaml: cannot be read"),
+        ("simulate --model nosuch.yaml --input pulse --out run.csv", "nosuch.yaml: cannot be read"),
+        ("control 1 --model nosuch.yaml", "nosuch.yaml: cannot be read"),
+        ("control 1 --gains nosuch.yaml", "nosuch.yaml: no such file"),
+        ("tune --model nosuch.yaml --out gains.yaml", "nosuch.yaml: cannot be read"),
+    ],
+)
+def test_a_missing_input_is_refused_before_anything_slow_is_imported(words: str, missing: str) -> None:
+    names, said = imported(*words.split(), status=1)
+    assert missing in said
+    assert not names & SLOW
 
 
 @pytest.mark.parametrize("name", list(cli.COMMANDS))
@@ -122,3 +153,43 @@ def test_an_error_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch, m
     monkeypatch.setattr("lce_experiment.protocols.one", broken)
     with pytest.raises(ValueError, match="a mistake in the program"):
         _simulate(tmp_path, model, "pulse")
+
+
+@pytest.fixture
+def run(tmp_path: Path, model: Path) -> Path:
+    """A run of the default model."""
+    assert _simulate(tmp_path, model, "pulse:th=10,rest=20") == 0
+    return tmp_path / "run.csv"
+
+
+@pytest.mark.parametrize(
+    ("stage", "asked", "given"), [("thermal", "none", "lumped"), ("deformation", "dynamic", "equilibrium")]
+)
+def test_another_base_model_beside_start_is_wrong_usage(
+    run: Path, model: Path, stage: str, asked: str, given: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = run.with_name("m.yaml")
+    assert cli.main(["fit", str(run), "--out", str(out), "--start", str(model), f"--{stage}", asked]) == 2
+    error = capsys.readouterr().err
+    assert f"--{stage} {asked} contradicts --start {model}, whose {stage} stage is {given}" in error
+    assert error.count("\n") == 1 and not out.exists()
+
+
+def test_start_brings_its_stages_with_it(tmp_path: Path, run: Path) -> None:
+    start, out = tmp_path / "start.yaml", tmp_path / "m.yaml"
+    save_model(default_model("lumped", "none"), start)
+    assert cli.main(["fit", str(run), "--out", str(out), "--start", str(start), "--thermal", "lumped"]) == 0
+    assert load_model(out).deformation == "none"
+
+
+def test_a_start_that_needs_what_no_run_has_is_refused(
+    tmp_path: Path, run: Path, model: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [",".join(line.split(",")[:3]) for line in run.read_text().splitlines()]
+    (tmp_path / "thermal.csv").write_text("\n".join(rows) + "\n")
+    words = ["fit", str(tmp_path / "thermal.csv"), "--out", str(tmp_path / "m.yaml")]
+    assert cli.main([*words, "--start", str(model)]) == 1
+    assert "has the deformation stage equilibrium" in capsys.readouterr().err
+    assert cli.main(words) == 0
+    assert "no run has a displacement: fitting the thermal stage alone" in capsys.readouterr().err
+    assert load_model(tmp_path / "m.yaml").deformation == "none"

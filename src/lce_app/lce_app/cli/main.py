@@ -12,7 +12,9 @@ import os
 import sys
 from collections.abc import Sequence
 
+from lce_app.use_cases.errors import ContradictoryOptions
 from lce_data import __version__
+from lce_data.errors import LceError
 
 COMMANDS = {
     "run": "run an experiment on the node graph and record it",
@@ -22,7 +24,7 @@ COMMANDS = {
     "fit": "identify a model from recorded runs",
     "compare": "where a model fails on recorded runs",
     "diagnose": "which physical effect a model lacks",
-    "add": "add an effect to a model and watch the error fall",
+    "add": "add an effect to a model, and compare the error before and after",
     "design": "the experiment that would tell two effects apart",
     "effects": "the library of physical effects, with equations and units",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
@@ -40,19 +42,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = int(command.main(args))
         sys.stdout.flush()
         return status
-    except KeyboardInterrupt:
-        print("lce: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        _print_error(interrupt, "interrupted")
         return 130
     except BrokenPipeError:  # the reader of our output, `head` for one, has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except ValueError as error:
-        from lce_data.errors import LceError
-
         if not isinstance(error, LceError):
             raise
-        print(f"lce: {' '.join(str(error).split())}", file=sys.stderr)
-        return 1
+        _print_error(error, " ".join(str(error).split()))
+        return 2 if isinstance(error, ContradictoryOptions) else 1
+
+
+def _print_error(error: BaseException, line: str) -> None:
+    """One line on stderr, after the notes that the error carries."""
+    for text in (*getattr(error, "__notes__", ()), line):
+        print(f"lce: {text}", file=sys.stderr)
 
 
 def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:

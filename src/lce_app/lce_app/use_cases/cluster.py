@@ -1,38 +1,52 @@
 # SPDX-License-Identifier: Apache-2.0
-"""More than one machine: `--backend dask --scheduler ADDRESS` of the commands that fit many times."""
+"""Where fits run that do not depend on each other: on this machine, or on a Dask cluster."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 from lce_data.errors import LceError
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """`--backend` and `--scheduler`."""
-    parser.add_argument(
-        "--backend",
-        choices=("threads", "dask"),
-        default="threads",
-        help="where to fit: on the cores of this machine (default), or on a Dask cluster",
-    )
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the Dask cluster, as tcp://192.168.1.5:8786")
+Backend = Literal["threads", "dask"]
 
 
-@contextmanager
-def chosen(backend: str, scheduler: str | None) -> Iterator[None]:
-    """Within it fits that do not depend on each other go to the cluster; LceError where it cannot be reached."""
-    if (backend == "dask") != (scheduler is not None):
-        raise LceError("--backend dask and --scheduler ADDRESS belong together")
-    if scheduler is None:
-        yield
-        return
-    from joblib import parallel_config
+@dataclass(frozen=True)
+class Cluster:
+    """The machines that fit.
 
-    with _client(scheduler), parallel_config(backend="dask", n_jobs=-1):
-        yield
+    Parameters
+    ----------
+    backend : "threads", the cores of this machine, or "dask", a Dask cluster.
+    scheduler : address of the cluster's scheduler, as ``tcp://192.168.1.5:8786``; given with "dask" and only then.
+
+    Raises
+    ------
+    LceError
+        If one of the two is given without the other.
+    """
+
+    backend: Backend = "threads"
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.backend not in get_args(Backend):
+            raise LceError(f"backend: {self.backend!r} is not one of {', '.join(get_args(Backend))}")
+        if (self.backend == "dask") != (self.scheduler is not None):
+            raise LceError("--backend dask and --scheduler ADDRESS belong together")
+
+    @contextmanager
+    def used(self) -> Iterator[None]:
+        """Send the independent fits of the block to these machines; LceError if the scheduler does not answer."""
+        if self.scheduler is None:
+            yield
+            return
+        from joblib import parallel_config
+
+        with _client(self.scheduler), parallel_config(backend="dask", n_jobs=-1):
+            yield
 
 
 def _client(scheduler: str):  # type: ignore[no-untyped-def]  # distributed is optional

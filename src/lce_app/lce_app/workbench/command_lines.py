@@ -7,44 +7,44 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from lce_app.workbench.bench import Workbench
+from lce_app.workbench.state import WorkbenchState
 
 
-def compare(bench: Workbench, model: Path) -> str:
-    """The tab Look, as a report."""
-    runs = [*bench.paths("train"), *bench.paths("test")]
-    return _line(bench, "compare", runs, "--model", model, "--report", "compare.html")
+def compare(state: WorkbenchState, model: Path) -> str:
+    """The tab Compare, as a report."""
+    runs = [*state.paths("train"), *state.paths("test")]
+    return _line(state, "compare", runs, "--model", model, "--report", "compare.html")
 
 
-def diagnose(bench: Workbench, model: Path) -> str:
-    """The tab Learn, as a report."""
-    return _line(bench, "diagnose", *_runs(bench), "--model", model, "--report", "diagnose.html")
+def diagnose(state: WorkbenchState, model: Path) -> str:
+    """The tab Diagnose, as a report."""
+    return _line(state, "diagnose", *_runs(state), "--model", model, "--report", "diagnose.html")
 
 
-def fit(bench: Workbench, thermal: str, deformation: str) -> str:
+def fit(state: WorkbenchState, thermal: str, deformation: str) -> str:
     """A model without effects."""
     stages = "--thermal", thermal, "--deformation", deformation
-    return _line(bench, "fit", bench.paths("train"), *stages, "--out", "model.yaml")
+    return _line(state, "fit", state.paths("train"), *stages, "--out", "model.yaml")
 
 
-def add(bench: Workbench, effect: str, model: Path) -> str:
-    """An effect more."""
-    return _line(bench, "add", effect, *_runs(bench), "--model", model, "--out", "model.yaml")
+def add(state: WorkbenchState, effect: str, model: Path) -> str:
+    """One more effect."""
+    return _line(state, "add", effect, *_runs(state), "--model", model, "--out", "model.yaml")
 
 
-def design(bench: Workbench, model: Path, between: tuple[str, str], limits: tuple[float, float, float]) -> str:
+def design(state: WorkbenchState, model: Path, between: tuple[str, str], limits: tuple[float, float, float]) -> str:
     """A waveform that tells two effects apart, within limits of power [W], temperature [°C] and duration [s]."""
     power, temperature, duration = (f"{limit:g}" for limit in limits)
     within = "--max-power", power, "--max-temperature", temperature, "--duration", duration
-    return _line(bench, "design", "--model", model, "--between", ",".join(between), *within, "--out", "wave.csv")
+    return _line(state, "design", "--model", model, "--between", ",".join(between), *within, "--out", "wave.csv")
 
 
-def _runs(bench: Workbench) -> tuple[str | Sequence[Path], ...]:
-    held_out = bench.paths("test")
-    return (bench.paths("train"), "--test", held_out) if held_out else (bench.paths("train"),)
+def _runs(state: WorkbenchState) -> tuple[str | Sequence[Path], ...]:
+    held_out = state.paths("test")
+    return (state.paths("train"), "--test", held_out) if held_out else (state.paths("train"),)
 
 
-def _line(bench: Workbench, *words: str | Path | Sequence[Path]) -> str:
+def _line(state: WorkbenchState, *words: str | Path | Sequence[Path]) -> str:
     """The words of a command, files named as from the folder of the page."""
     line = ["lce"]
     for word in words:
@@ -52,5 +52,5 @@ def _line(bench: Workbench, *words: str | Path | Sequence[Path]) -> str:
             line.append(word)
         else:
             files = [word] if isinstance(word, Path) else word
-            line += [file.relative_to(bench.folder).as_posix() for file in files]
+            line += [file.relative_to(state.folder).as_posix() for file in files]
     return shlex.join(line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a user asked for and cannot have is told on the page, in one line."""
+"""A request that cannot be met becomes a one-line notification on the page."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from nicegui import ui
 from lce_data.errors import LceError
 
 
-def telling(act: Callable[[], object]) -> Callable[[], None]:
-    """The act, whose LceError becomes a notice."""
+def notify_errors(act: Callable[[], object]) -> Callable[[], None]:
+    """The act, whose LceError is shown as a notification."""
 
     def tried() -> None:
         try:

@@ -112,7 +112,7 @@ export default {
       save(kind === "csv" ? csv(plot) : await png(plot), fileName(plot, kind));
     },
     light() {
-      Object.entries(this.lit ?? {}).forEach(([name, stretches]) => this.drawing?.light(name, stretches));
+      Object.entries(this.lit ?? {}).forEach(([name, spans]) => this.drawing?.light(name, spans));
     },
     async replace(curves) {
       await this.loaded;

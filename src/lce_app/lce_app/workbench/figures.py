@@ -29,7 +29,7 @@ HEAD = """<link rel="stylesheet" href="/static/uPlot.css"><link rel="stylesheet"
 
 def serve_scripts() -> None:
     """The report's script and style, uPlot, and the style of the page."""
-    uplot, report, here = files("uplot") / "static", files("lce_analysis") / "report", files(__package__)
+    uplot, report, here = files("uplot") / "static", files("lce_report") / "static", files(__package__)
     for name, file in (
         ("uPlot.js", uplot / "uPlot.iife.js"),
         ("uPlot.css", uplot / "uPlot.min.css"),
@@ -60,7 +60,7 @@ def packed(key: str) -> bytes | None:
 class Figures(ui.element, component="figures.js"):
     """Blocks drawn on the page. They are computed when the page fetches them, in a thread of the server's.
 
-    on_pick(what, row, column) is told of a cell that was clicked.
+    on_pick(what, row, column) is called when a cell is clicked.
     """
 
     def __init__(self, blocks: Blocks, on_pick: Callable[[str, int, int], None] | None = None) -> None:
@@ -81,7 +81,7 @@ class Figures(ui.element, component="figures.js"):
         self._props["url"] = f"/figures/{self._key}?{self._version}"
 
     def light(self, spans: dict[str, list[tuple[float, float]]]) -> None:
-        """Light samples up, now and when they are drawn anew: by linked name, stretches of the linked x."""
+        """Light samples up, now and when they are drawn anew: by linked name, intervals of the linked x."""
         self._props["lit"] = spans
 
     def replace(self, curves: dict[str, Floats]) -> None:

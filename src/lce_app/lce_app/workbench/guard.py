@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who may talk to the server: this machine, or who has the token; pages of other sites never."""
+"""Who may talk to the server: this machine, or whoever has the token; pages of other sites never."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from collections.abc import Awaitable, Callable
 from http.cookies import SimpleCookie
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
+
+from starlette.applications import Starlette
+from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 Scope = dict[str, Any]
 Receive = Callable[[], Awaitable[dict[str, Any]]]
@@ -23,18 +26,32 @@ POLICY: Final = (
 """Nothing is fetched from anywhere else. Vue compiles its templates on the page, hence unsafe-eval."""
 
 
+LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
+"""Names of this machine that a browser may have in its address."""
+
+
 def is_loopback(host: str) -> bool:
-    """Is it a name or an address of this machine alone?"""
+    """Whether a name or an address is of this machine alone."""
     try:
         return host == "localhost" or ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return False
 
 
+def protect(app: Starlette, host: str, token: str) -> None:
+    """Answer only who may talk to a server that listens on ``host``: whoever has the token, if there is one.
+
+    Without a token only names of this machine are answered, so that no foreign name can lead here (DNS rebinding).
+    """
+    app.add_middleware(Guard, token=token)
+    if not token:
+        app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, host], www_redirect=False)
+
+
 class Guard:
-    """ASGI middleware: without a token only loopback names are answered, so that no foreign name can lead here (DNS
-    rebinding); with one, it is asked for once, in the address, and kept as a cookie. A request that another site's page
-    makes is refused.
+    """ASGI middleware that refuses a request from the page of another site, and one without the token if there is one.
+
+    The token is expected once, in the address, and then kept as a cookie.
     """
 
     def __init__(self, app: App, token: str = "") -> None:
@@ -47,7 +64,7 @@ class Guard:
             await self._app(scope, receive, send)
             return
         headers = {key.decode("latin-1").lower(): value.decode("latin-1") for key, value in scope["headers"]}
-        if not (self._same_site(headers) and self._known(scope, headers)):
+        if not (self._same_site(headers) and self._has_token(scope, headers)):
             await _refuse(scope, receive, send)
             return
 
@@ -62,9 +79,9 @@ class Guard:
         origin = headers.get("origin")
         return origin is None or urlsplit(origin).netloc == headers.get("host")
 
-    def _known(self, scope: Scope, headers: dict[str, str]) -> bool:
+    def _has_token(self, scope: Scope, headers: dict[str, str]) -> bool:
         if not self._token:
-            return is_loopback(urlsplit(f"//{headers.get('host', '')}").hostname or "")
+            return True
         cookie = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
         return any(
             secrets.compare_digest(given, self._token) for given in (_asked(scope), cookie.value if cookie else "")
@@ -91,6 +108,6 @@ async def _refuse(scope: Scope, receive: Receive, send: Send) -> None:
         await receive()
         await send({"type": "websocket.close", "code": 1008})
         return
-    text = b"This workbench is for the machine that it runs on, or for who has its token.\n"
+    text = b"This workbench is for the machine that it runs on, or for whoever has its token.\n"
     await send({"type": "http.response.start", "status": 403, "headers": [(b"content-type", b"text/plain")]})
     await send({"type": "http.response.body", "body": text})

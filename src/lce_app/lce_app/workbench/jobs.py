@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Long work in a process of its own: the page stays live, the work can be stopped, and a crash of it is only told."""
+"""Long work in a process of its own: the page stays live, the work can be stopped, and its crash harms nobody."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from lce_experiment.runners.processes import end_with_parent
 
 State = Literal["running", "done", "failed", "cancelled"]
 PERIOD_S: Final = 0.1
-"""A job tells of its progress so often."""
+"""Time between two reports of a job [s], at least."""
 _FORK: Final = multiprocessing.get_context("forkserver")
 
-Work = Callable[..., None]
-"""What a job calls, with keyword arguments and ``progress(label, done, total, rms)``; what it finds goes to files."""
+Task = Callable[..., None]
+"""What a job calls, with keyword arguments and ``progress`` (lce_data.progress.Progress); its results are files."""
 
 
 def warm_up() -> None:
@@ -35,7 +35,7 @@ def warm_up() -> None:
 
 
 @dataclass(frozen=True)
-class Progress:
+class JobStep:
     """Where a job is: seconds since its start, what it does, steps done and at most, RMS error in units of noise."""
 
     seconds: float
@@ -47,29 +47,30 @@ class Progress:
 
 @dataclass
 class Job:
-    """Work under way. ``poll`` often; ``seen`` is what it told, ``error`` the one line of what went wrong.
+    """Work under way. ``poll`` often; ``steps`` are those it reported, ``error`` is the line that says what went wrong.
 
-    measure : what the number of its progress is. gentle : it is interrupted, not killed, as it controls something.
+    measure : what the number of its steps is.
+    gentle : a cancelled job is interrupted instead of killed, because it controls something.
     """
 
     name: str
-    work: Work
+    task: Task
     arguments: dict[str, Any]
     measure: str = "RMS error"
     gentle: bool = False
     state: State = "running"
     error: str = ""
-    seen: list[Progress] = field(default_factory=list)
+    steps: list[JobStep] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._receive, send = _FORK.Pipe(duplex=False)
         self._began = time.monotonic()
-        self._process = _FORK.Process(target=_run, args=(send, self.work, self.arguments), daemon=True)
+        self._process = _FORK.Process(target=_run, args=(send, self.task, self.arguments), daemon=True)
         self._process.start()
         send.close()
 
     def poll(self) -> bool:
-        """Take in what it told; True where something is new."""
+        """Take in what the job reported; True if something is new."""
         new = False
         while self.state == "running" and self._receive.poll():
             try:
@@ -81,7 +82,7 @@ class Job:
             new = True
             match message:
                 case (label, done, total, rms):
-                    self.seen.append(Progress(self.seconds, label, done, total, rms))
+                    self.steps.append(JobStep(self.seconds, label, done, total, rms))
                 case str(error):
                     self._end("failed" if error else "done", error)
                 case None:
@@ -90,15 +91,15 @@ class Job:
 
     @property
     def seconds(self) -> float:
-        """Since its start."""
+        """Time since its start [s]."""
         return time.monotonic() - self._began
 
     def cancel(self) -> None:
-        """End it: at once, and no file is left, as files are written whole and last; a gentle one by Ctrl-C."""
+        """End the job: a gentle one by Ctrl-C, any other at once; no file is left half-written."""
         if self.state != "running":
             return
         if self.gentle and self._process.pid is not None:
-            with suppress(ProcessLookupError):  # it has ended, and will be heard
+            with suppress(ProcessLookupError):  # it has ended; poll takes in how
                 os.kill(self._process.pid, signal.SIGINT)
             return
         self._process.kill()
@@ -106,7 +107,7 @@ class Job:
         self._end("cancelled", "")
 
     def wait(self, timeout_s: float | None = None) -> None:
-        """Until its process has ended."""
+        """Wait until its process has ended."""
         self._process.join(timeout_s)
 
     def _end(self, state: State, error: str) -> None:
@@ -114,19 +115,19 @@ class Job:
         self._receive.close()
 
 
-def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
+def _run(send: Connection, task: Task, arguments: dict[str, Any]) -> None:
     """In the process of the job. It ends in order when it is interrupted, or when the server is gone."""
     end_with_parent()
     signal.signal(signal.SIGINT, _interrupted_once)
     signal.signal(signal.SIGHUP, _interrupted_once)
-    told = -math.inf
+    reported = -math.inf
 
     def progress(label: str, done: int, total: int, rms: float) -> None:
-        nonlocal told
+        nonlocal reported
         now = time.monotonic()
-        if now - told < PERIOD_S:
+        if now - reported < PERIOD_S:
             return
-        told = now
+        reported = now
         try:
             send.send((label, done, total, rms))
         except BrokenPipeError:
@@ -135,7 +136,7 @@ def _run(send: Connection, work: Work, arguments: dict[str, Any]) -> None:
     answer: str | None = ""
     try:
         progress("starting", 0, 1, math.nan)
-        work(progress=progress, **arguments)
+        task(progress=progress, **arguments)
     except LceError as error:
         answer = " ".join(str(error).split())
     except KeyboardInterrupt:

@@ -11,23 +11,25 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from lce_app.workbench import tabs
-from lce_app.workbench.bench import Workbench
 from lce_app.workbench.figures import HEAD
-from lce_app.workbench.job_status_bar import JobStrip
+from lce_app.workbench.job_status_bar import JobStatusBar
 from lce_app.workbench.memory import keep_tabs
+from lce_app.workbench.state import WorkbenchState
 from lce_data.errors import LceError
 
 PERIOD_S: Final = 0.1
 TABS: Final = {
     "Runs": "runs",
-    "Look": "look",
-    "Learn": "learn",
+    "Compare": "compare",
+    "Diagnose": "diagnose",
     "Add": "add",
-    "Tell apart": "apart",
-    "Take away": "take_away",
+    "Design": "design",
+    "Export": "export",
     "Bench": "bench",
 }
 """Their modules."""
+FORMER_NAMES: Final = {"Look": "Compare", "Learn": "Diagnose", "Tell apart": "Design", "Take away": "Export"}
+"""Names that the tabs had before; old links hold on to them."""
 FIRST: Final = "Runs"
 """It needs no more than the runs; the others come when the analysis is loaded, which takes a second or two."""
 THEME: Final = """<script>
@@ -45,17 +47,18 @@ addEventListener("DOMContentLoaded", () => {
 class Page:
     """The page of one client, kept up to date by one timer."""
 
-    def __init__(self, bench: Workbench, tab: str) -> None:
-        self._bench, self._shown = bench, -1
+    def __init__(self, state: WorkbenchState, tab: str) -> None:
+        self._state, self._shown_version = state, -1
+        tab = FORMER_NAMES.get(tab, tab)
         ui.add_head_html(HEAD + THEME)
         ui.colors(primary="#1b5e9e", accent="#1b5e9e", negative="#b3261e")
         dark = ui.dark_mode(None)
         with ui.header().classes("head"):
             ui.html("<h1>LCE workbench</h1>", sanitize=False)
-            ui.label(str(bench.folder)).classes("folder")
-            self._state = ui.label().classes("state").props("role=status")
+            ui.label(str(state.folder)).classes("folder")
+            self._status = ui.label().classes("state").props("role=status")
             ui.button("light / dark", on_click=lambda: dark.set_value(not dark.value)).props("flat no-caps")
-        self._strip = JobStrip(bench)
+        self._status_bar = JobStatusBar(state)
         with ui.tabs().props("no-caps align=left aria-label=Views") as heads:
             for name in TABS:
                 ui.tab(name)
@@ -70,11 +73,11 @@ class Page:
 
     def follow(self) -> None:
         """Show what has changed."""
-        bench = self._bench
-        self._strip.follow()
-        self._state.text = bench.busy or _model_line(bench)
-        if bench.version != self._shown and (bench.entries or bench.ready):
-            self._shown = bench.version
+        state = self._state
+        self._status_bar.follow()
+        self._status.text = state.busy or _model_line(state)
+        if state.version != self._shown_version and (state.entries or state.ready):
+            self._shown_version = state.version
             self._fill()
         for follow in self._follow.values():
             follow()
@@ -82,17 +85,17 @@ class Page:
     def _hear_key(self, event: KeyEventArguments) -> None:
         """Esc, wherever it is pressed, stops the bench."""
         if event.key.escape and event.action.keydown:
-            self._bench.stop()
+            self._state.stop()
 
     def _fill(self) -> None:
-
+        """Fill the tabs anew that do not follow by themselves."""
         for name, panel in self._panels.items():
-            if name in self._follow or not (self._bench.ready or name == FIRST):
+            if name in self._follow or not (self._state.ready or name == FIRST):
                 continue
             panel.clear()
             with panel:
                 try:
-                    follow = importlib.import_module(f"{tabs.__name__}.{TABS[name]}").fill(self._bench)
+                    follow = importlib.import_module(f"{tabs.__name__}.{TABS[name]}").fill(self._state)
                 except LceError as error:
                     ui.label(str(error)).classes("bad")
                     continue
@@ -100,7 +103,7 @@ class Page:
                 self._follow[name] = follow
 
 
-def _model_line(bench: Workbench) -> str:
-    if bench.session.current is None:
+def _model_line(state: WorkbenchState) -> str:
+    if state.session.current is None:
         return "no model yet"
-    return f"model {bench.session.current}: {bench.session.kept(bench.session.current).how}"
+    return f"model {state.session.current}: {state.session.kept(state.session.current).how}"

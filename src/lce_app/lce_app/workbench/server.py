@@ -15,18 +15,18 @@ from fastapi import Response
 from nicegui import app, background_tasks, ui
 
 from lce_app.workbench import figures, jobs
-from lce_app.workbench.bench import Workbench
-from lce_app.workbench.guard import Guard
+from lce_app.workbench.guard import protect
 from lce_app.workbench.page import TABS, Page
 from lce_app.workbench.session import Role
+from lce_app.workbench.state import WorkbenchState
 from lce_data.errors import LceError
 
 TEND_S: Final = 0.05
 PATIENCE_S: Final = 4.0
-"""So long the runs wait for a page that is on its way to the browser: whoever looks comes first."""
+"""Longest time [s] that reading the runs waits for the first page, so that the page comes first."""
 
 
-def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
+def prepare(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
     """Routes, page and background work; then ``serve``, or a test's user."""
     figures.serve_scripts()
     app.config.quasar_config["loadingBar"]["skipHijack"] = True  # it has no name for screen readers
@@ -42,43 +42,45 @@ def prepare(bench: Workbench, chosen: Mapping[str, Role] | None = None, model: P
 
     @ui.page("/")
     def show(tab: str = "Runs") -> None:
-        Page(bench, tab)
+        Page(state, tab)
 
     app.on_connect(seen.set)
-    app.on_startup(lambda: _background(lambda: begin(bench, chosen, model, seen)))
-    app.on_startup(lambda: _background(lambda: tend(bench)))
-    if os.environ.get("ROS_DOMAIN_ID"):  # what runs there can be heard before the page runs anything
-        app.on_startup(bench.ear.open)
-    app.on_shutdown(bench.close)
+    app.on_startup(lambda: _background(lambda: begin(state, chosen, model, seen)))
+    app.on_startup(lambda: _background(lambda: tend(state)))
+    if os.environ.get("ROS_DOMAIN_ID"):  # the topics there can be shown before the page runs anything
+        app.on_startup(state.monitor.open)
+    app.on_shutdown(state.close)
 
 
-async def begin(bench: Workbench, chosen: Mapping[str, Role] | None, model: Path | None, seen: asyncio.Event) -> None:
-    """Load all, once the first page is there; end the server where the model that it should begin with is none."""
+async def begin(
+    state: WorkbenchState, chosen: Mapping[str, Role] | None, model: Path | None, seen: asyncio.Event
+) -> None:
+    """Load everything once the first page is shown; end the server if the model to begin with cannot be used."""
     with suppress(TimeoutError):
         await asyncio.wait_for(seen.wait(), PATIENCE_S)
     try:
         if model is not None:
-            await asyncio.to_thread(bench.begin_with, model)
-        await load(bench, chosen)
+            await asyncio.to_thread(state.begin_with, model)
+        await load(state, chosen)
     except LceError as error:
-        bench.trouble = str(error)
+        state.fatal_error = str(error)
         app.shutdown()
 
 
-async def load(bench: Workbench, chosen: Mapping[str, Role] | None = None) -> None:
+async def load(state: WorkbenchState, chosen: Mapping[str, Role] | None = None) -> None:
     """Read the runs, then load the analysis."""
-    await bench.open(chosen)
-    bench.busy = "loading the analysis"
+    await state.open(chosen)
+    state.busy = "loading the analysis"
     for module in TABS.values():
         await asyncio.to_thread(importlib.import_module, f"lce_app.workbench.tabs.{module}")
-    bench.loaded()
+    state.loaded()
     await asyncio.to_thread(jobs.warm_up)
 
 
-async def tend(bench: Workbench) -> None:
-    """Take in what jobs tell, whether a page is open or not."""
+async def tend(state: WorkbenchState) -> None:
+    """Take in what jobs report, whether a page is open or not."""
     while True:
-        bench.poll()
+        state.poll()
         await asyncio.sleep(TEND_S)
 
 
@@ -88,7 +90,7 @@ def _background(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
 
 def serve(host: str, port: int, token: str) -> None:
     """Serve until Ctrl-C."""
-    app.add_middleware(Guard, token=token)
+    protect(app, host, token)
     with suppress(KeyboardInterrupt):
         ui.run(
             host=host,

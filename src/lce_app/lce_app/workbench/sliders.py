@@ -11,11 +11,11 @@ import numpy as np
 from nicegui import ui
 
 from lce_analysis.identification.transformation import Transformation
-from lce_app.workbench.bench import Workbench
 from lce_app.workbench.by_hand import ByHand
-from lce_app.workbench.error_notification import telling
+from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
+from lce_app.workbench.state import WorkbenchState
 from lce_model import Model, Value
 from lce_report import Block
 
@@ -26,24 +26,26 @@ THROTTLE_S: Final = 0.05
 class Sliders:
     """A slider for each parameter that a fit would move, over its bounds, and the curves of a run."""
 
-    def __init__(self, bench: Workbench, model: Model) -> None:
-        self._bench, self._start, self._moved = bench, model, model
+    def __init__(self, state: WorkbenchState, model: Model) -> None:
+        self._state, self._start, self._moved = state, model, model
         self._by_hand: ByHand | None = None
-        names = list(bench.used())
+        names = list(state.used())
         ui.html("<h2>By hand</h2>", sanitize=False)
         self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
         self._chosen.on_value_change(partial(remember, "run"))
         with ui.element("div").classes("hand"):
             with ui.element("div").classes("sliders"):
                 with ui.row().classes("line"):
-                    ui.button("Keep as a model", on_click=telling(self._keep)).props("outline no-caps").mark("keep")
+                    ui.button("Keep as a model", on_click=notify_errors(self._keep)).props("outline no-caps").mark(
+                        "keep"
+                    )
                     ui.button("Back", on_click=self._back).props("outline no-caps").mark("back")
                 self._sliders = [_Slider(value, self._follow) for value in model.values if not value.fixed]
             self._figures = Figures(self._curves)
         self._chosen.on_value_change(self._reload)
 
     def _curves(self) -> Sequence[Block]:
-        run = self._bench.entries[str(self._chosen.value)].run
+        run = self._state.entries[str(self._chosen.value)].run
         assert run is not None
         self._by_hand = ByHand.of(self._start, run)
         return self._by_hand.blocks(self._start, self._moved)
@@ -61,7 +63,7 @@ class Sliders:
             self._figures.replace(self._by_hand.curves(model))
 
     def _keep(self) -> None:
-        self._bench.keep(self._moved, "by hand")
+        self._state.keep(self._moved, "by hand")
 
     def _back(self) -> None:
         for slider in self._sliders:

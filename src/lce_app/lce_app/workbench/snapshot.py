@@ -1,26 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is heard of the bench: which topics, how often it is handed over, and a moment of it."""
+"""The bench at one moment: which topics the page shows, how often, and their values."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from lce_data.channels import CHANNELS, DISPLACEMENT, POWER, TEMPERATURE, Channel
+from lce_data.topics import COMMAND, TARGET
+
 PERIOD_S: Final = 1.0 / 15.0
-HEARD: Final = (
-    "temperature",
-    "temperature_setpoint",
-    "displacement",
-    "target_displacement",
-    "laser/power",
-    "laser/power_command",
-)
+WANTED: Final[Mapping[Channel, tuple[str, str]]] = {
+    TEMPERATURE: ("temperature_setpoint", "setpoint"),
+    DISPLACEMENT: (TARGET, "target"),
+    POWER: (COMMAND, "command"),
+}
+"""Topic and label of what is wanted of a channel, drawn beside what was measured."""
+MONITORED: Final = (*(channel.topic for channel in CHANNELS), *(topic for topic, _ in WANTED.values()))
 """Topics whose values are shown."""
 
 
 @dataclass(frozen=True)
-class Heard:
-    """What came last, at ``time_s`` of the node's clock: values by topic (°C, m, W), conditions of nodes by name."""
+class Snapshot:
+    """The latest values at ``time_s`` of the node's clock.
+
+    values : by topic, in the unit of its message (°C, m, W); a topic that was silent is left out.
+    conditions : level and message of nodes that reported since the last snapshot, by name.
+    """
 
     time_s: float
     values: dict[str, float]

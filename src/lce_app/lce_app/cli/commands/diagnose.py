@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.use_cases import cluster
+from lce_app.cli.arguments import add_cluster, add_model, add_runs, add_test_runs, check_inputs, print_files
 
 if TYPE_CHECKING:
     from lce_analysis.diagnosis import Diagnosis
@@ -17,44 +16,29 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce diagnose`."""
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a bag folder or a CSV")
-    parser.add_argument("--test", nargs="+", type=Path, default=[], metavar="RUN", help="runs held out")
-    parser.add_argument(
-        "--model", type=Path, required=True, metavar="M.yaml", help="model file, as `lce fit` writes it"
-    )
+    add_runs(parser)
+    add_test_runs(parser)
+    add_model(parser)
     parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help="a candidate of your own")
     parser.add_argument("--json", type=Path, metavar="F", help="write the numbers as JSON")
     parser.add_argument("--report", type=Path, metavar="F.html", help="write the evidence as one HTML file")
-    cluster.add_arguments(parser)
+    add_cluster(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Diagnose, print the answer and the candidates, write what was asked for."""
-    from lce_analysis.diagnosis import diagnose
-    from lce_analysis.identification.homogeneity import outlier_runs
+    check_inputs([*args.runs, *args.test], [args.model])
     from lce_app.cli.progress_bar import FitBar
-    from lce_data.files import write_atomically
-    from lce_data.read_runs import read_runs
-    from lce_model import load_model
-    from lce_model.effects import find, library
-    from lce_report.diagnosis_page import page
+    from lce_app.use_cases.cluster import Cluster
+    from lce_app.use_cases.diagnose import Options, diagnose
 
-    model, runs, test_runs = load_model(args.model), read_runs(args.runs), read_runs(args.test)
-    effects = [*library().values(), *(find(e) for e in args.effect)]
-    with FitBar() as bar, cluster.chosen(args.backend, args.scheduler):
-        diagnosis = diagnose(model, runs, test_runs, effects, bar)
-        doubts = outlier_runs(runs, bar)
-    for doubt in doubts:
-        print(f"lce: {doubt}", file=sys.stderr)
-    report = page(diagnosis, runs, test_runs) if args.report else ""
-    if args.json:
-        write_atomically(args.json, json.dumps(diagnosis.as_json(), indent=1) + "\n")
-    if args.report:
-        write_atomically(args.report, report)
-    print(summary(diagnosis))
-    for path in (args.json, args.report):
-        if path:
-            print(path)
+    options = Options(effects=tuple(args.effect), cluster=Cluster(args.backend, args.scheduler))
+    with FitBar() as bar:
+        found = diagnose(args.runs, args.model, args.test, options, args.json, args.report, bar)
+    for warning in found.warnings:
+        print(f"lce: {warning}", file=sys.stderr)
+    print(summary(found.diagnosis))
+    print_files(args.json, args.report)
     return 0
 
 

@@ -5,30 +5,26 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.use_cases import cluster
+from lce_app.cli.arguments import add_cluster, add_runs, add_settings, check_inputs
+from lce_app.use_cases.settings import parse_settings
+from lce_data.errors import LceError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from lce_analysis.identification import FitResult
-    from lce_app.cli.progress_bar import FitBar
-    from lce_data.run import Run
-    from lce_model import Model
+    from lce_app.use_cases.fit import FittedModel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce fit`."""
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a bag folder or a CSV")
+    add_runs(parser)
     parser.add_argument("--out", type=Path, required=True, metavar="M.yaml", help="model file to write")
-    parser.add_argument(
-        "--thermal", default="lumped", metavar="T", help="P→T model: lumped (default), hammerstein_wiener, none"
-    )
+    parser.add_argument("--thermal", metavar="T", help="P→T model: lumped (default), hammerstein_wiener, none")
     parser.add_argument(
         "--deformation",
-        default="equilibrium",
         metavar="D",
         help="T→d model: equilibrium (default), dynamic, kinetic, prandtl_ishlinskii, bouc_wen, none",
     )
@@ -39,8 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="E",
         help="add an effect: a name (lce effects), or a file of yours",
     )
-    parser.add_argument("--start", type=Path, metavar="M0.yaml", help="model file with the values to start from")
-    parser.add_argument("--set", action="append", default=[], metavar="TERM.PARAM=V", help="start from this value")
+    parser.add_argument(
+        "--start",
+        type=Path,
+        metavar="M0.yaml",
+        help="model file to start from: its stages, its effects and its values; another --thermal or --deformation "
+        "beside it is wrong usage",
+    )
+    add_settings(parser, "TERM.PARAM=V", "start from this value")
     parser.add_argument("--fix", action="append", default=[], metavar="TERM.PARAM", help="do not fit this parameter")
     parser.add_argument(
         "--hold",
@@ -60,79 +62,69 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--bootstrap", type=int, default=0, metavar="N", help="fit N times more, to resampled residuals"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the random starts; the same seed, the same result")
-    cluster.add_arguments(parser)
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the random starts; the same seed gives the same result"
+    )
+    add_cluster(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Fit, print what was found, write the model file or files."""
-    from lce_analysis.identification import fit, fit_each
-    from lce_analysis.identification.homogeneity import outlier_runs
+    check_inputs(args.runs, [args.start])
+    from lce_analysis.options import FitOptions
     from lce_app.cli.progress_bar import FitBar
-    from lce_data.read_runs import read_runs
-    from lce_model import save_model
+    from lce_app.use_cases.cluster import Cluster
+    from lce_app.use_cases.fit import ModelChoice, Options, fit
 
-    runs = read_runs(args.runs)
-    model = _model(args, runs)
-    with FitBar() as bar, cluster.chosen(args.backend, args.scheduler):
-        if args.per_run:
-            results = fit_each(model, runs, args.drive, bar, args.seed)
-            targets = [args.out.with_name(f"{args.out.stem}-{run.name}{args.out.suffix}") for run in runs]
-        else:
-            results = (fit(model, runs, args.drive, bar, args.seed),)
-            targets = [args.out]
-        asked = not args.per_run and not results[0].interrupted
-        doubts = outlier_runs(runs, bar) if asked else ()
-        intervals = [[] if r.interrupted else _intervals(r, args, bar) for r in results]
-    for doubt in doubts:
-        print(f"lce: {doubt}", file=sys.stderr)
-    for result, target, lines in zip(results, targets, intervals, strict=False):
-        save_model(result.model, target)
-        print("\n".join([_summary(result), *lines, "", str(target)]))
-    if any(r.interrupted for r in results):
+    choice = ModelChoice(
+        thermal=args.thermal,
+        deformation=args.deformation,
+        effects=tuple(args.effect),
+        start=args.start,
+        settings=parse_settings(args.set),
+        ranges=_parse_ranges(args.hold),
+        fixed=tuple(args.fix),
+    )
+    options = Options(
+        search=FitOptions(drive=args.drive, seed=args.seed),
+        per_run=args.per_run,
+        profile=args.profile,
+        bootstrap_draws=args.bootstrap,
+        cluster=Cluster(args.backend, args.scheduler),
+    )
+    with FitBar() as bar:
+        fits = fit(args.runs, args.out, choice, options, bar)
+    for warning in fits.warnings:
+        print(f"lce: {warning}", file=sys.stderr)
+    for fitted in fits.models:
+        print("\n".join([_summary(fitted.result), *_intervals(fitted), "", str(fitted.file)]))
+    if fits.interrupted:
         print("lce: interrupted; the model file holds the best values so far", file=sys.stderr)
         return 130
     return 0
 
 
-def _model(args: argparse.Namespace, runs: Sequence[Run]) -> Model:
-    """The model to fit: what was asked for, less the stages that the runs say nothing of."""
-    from lce_app.cli.settings import parse_settings
-    from lce_data.errors import LceError
-    from lce_model import default_model, load_model
-
-    thermal, deformation = args.thermal, args.deformation
-    if thermal != "none" and all(run.power is None for run in runs):
-        thermal = "none"
-        print("lce: no run has a laser power: fitting the deformation alone", file=sys.stderr)
-    if deformation != "none" and all(run.displacement is None for run in runs):
-        deformation = "none"
-        print("lce: no run has a displacement: fitting the thermal stage alone", file=sys.stderr)
-    model = load_model(args.start) if args.start else default_model(thermal, deformation)
-    for effect in args.effect:
-        model = model.add(effect)
+def _parse_ranges(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """`["lumped.tau=1,3"]` as `{"lumped.tau": (1.0, 3.0)}`."""
     ranges = {}
-    for text in args.hold:
+    for text in texts:
         key, _, bounds = text.partition("=")
         low, _, high = bounds.partition(",")
         try:
             ranges[key] = float(low), float(high)
         except ValueError:
             raise LceError(f"--hold {text}: expected TERM.PARAM=LOWER,UPPER") from None
-    return model.configured(parse_settings(args.set)).hold(ranges).fix(args.fix)
+    return ranges
 
 
-def _intervals(result: FitResult, args: argparse.Namespace, bar: FitBar) -> list[str]:
+def _intervals(fitted: FittedModel) -> list[str]:
     """What was asked for beside the standard errors, as lines."""
-    from lce_analysis.identification.bootstrap import bootstrap
-    from lce_analysis.identification.profile import profiles
-
     lines = []
-    if args.profile:
-        lines += ["", "Profile likelihoods, 95 %:", *(f"- {p.sentence}" for p in profiles(result.problem, bar))]
-    if args.bootstrap > 0:
-        drawn = bootstrap(result.problem, args.bootstrap, args.seed, bar)
-        lines += ["", f"Bootstrap, 95 % of {len(drawn.draws)} draws:", *(f"- {s}" for s in drawn.sentences)]
+    if fitted.profiles:
+        lines += ["", "Profile likelihoods, 95 %:", *(f"- {p.sentence}" for p in fitted.profiles)]
+    if fitted.bootstrap is not None:
+        head = f"Bootstrap, 95 % of {len(fitted.bootstrap.draws)} draws:"
+        lines += ["", head, *(f"- {sentence}" for sentence in fitted.bootstrap.sentences)]
     return lines
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`lce workbench`: look at runs, see the misfit, add an effect and watch the error fall, on a local web page."""
+"""`lce workbench`: runs, the misfit of a model, and the effect that it lacks, on a local web page."""
 
 from __future__ import annotations
 
@@ -41,25 +41,25 @@ def main(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
     folder, chosen = _folder(args.runs)
     from lce_app.workbench import server
-    from lce_app.workbench.bench import Workbench
     from lce_app.workbench.guard import is_loopback
+    from lce_app.workbench.state import WorkbenchState
 
     if args.model:
         _check_there(args.model)
-    bench = Workbench(folder)
-    bench.session.make_place()
+    state = WorkbenchState(folder)
+    state.session.make_place()
     _check_free(args.host, args.port)
     token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
-    server.prepare(bench, chosen, args.model)
+    server.prepare(state, chosen, args.model)
     print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
     server.serve(args.host, args.port, token)
-    if bench.trouble:
-        raise LceError(bench.trouble)
+    if state.fatal_error:
+        raise LceError(state.fatal_error)
     return 0
 
 
 def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
-    """The folder of the page, and of runs that were named what they are used for."""
+    """The folder of the page; if single runs were named, also the role of each run in it."""
     from lce_app.workbench.session import find_runs, is_run
 
     paths = paths or [Path("runs") if Path("runs").is_dir() else Path()]
@@ -73,13 +73,13 @@ def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
 
 
 def _check_there(path: Path) -> None:
-    """Raise LceError where there is no such file or folder."""
+    """Raise LceError if a file or folder does not exist."""
     if not path.exists():
         raise LceError(f"{path}: no such file or folder")
 
 
 def _check_free(host: str, port: int) -> None:
-    """Raise LceError where the server could not listen."""
+    """Raise LceError if the server could not listen there."""
     try:
         with socket.create_server((host, port)):
             pass

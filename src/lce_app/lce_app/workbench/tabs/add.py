@@ -7,18 +7,17 @@ from functools import partial
 
 from nicegui import ui
 
-from lce_app.workbench import command_lines, drawings
-from lce_app.workbench import tasks as work
-from lce_app.workbench.bench import Workbench
-from lce_app.workbench.error_notification import telling
+from lce_app.workbench import command_lines, drawings, tasks
+from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.sliders import Sliders
-from lce_app.workbench.tabs import diagnose as learn
+from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.tabs import diagnose
 from lce_model.effects import library
 from lce_model.library import DEFORMATION, THERMAL
 
 
-def fill(bench: Workbench) -> None:
+def fill(state: WorkbenchState) -> None:
     """The models of the session, and what makes more of them."""
     with ui.row().classes("line"):
         thermal = ui.select(list(THERMAL), value="lumped", label="Thermal stage")
@@ -26,35 +25,35 @@ def fill(bench: Workbench) -> None:
         ui.button(
             "Fit a model",
             color="accent",
-            on_click=telling(lambda: fit(bench, str(thermal.value), str(deformation.value))),
+            on_click=notify_errors(lambda: fit(state, str(thermal.value), str(deformation.value))),
         ).props("unelevated no-caps").mark("fit")
-    model = bench.model()
+    model = state.model()
     if model is None:
         ui.label("No model yet: fit one, or begin with lce workbench --model M.yaml.")
         return
     with ui.row().classes("line"):
         missing = [e.name for e in library().values() if e.name not in model.effect_names]
         effect = ui.select(missing, value=missing[0], label="Effect")
-        ui.button("Add and refit", on_click=telling(lambda: learn.add(bench, str(effect.value)))).props(
+        ui.button("Add and refit", on_click=notify_errors(lambda: diagnose.add(state, str(effect.value)))).props(
             "outline no-caps"
         ).mark("add")
-        ui.button("Undo", on_click=telling(bench.undo)).props("outline no-caps").mark("undo")
-    _history(bench)
-    if bench.used():
-        Figures(lambda: drawings.history(bench)).mark("falling error")
-        Figures(lambda: drawings.before_and_after(bench)).mark("before and after")
-        Sliders(bench, model)
+        ui.button("Undo", on_click=notify_errors(state.undo)).props("outline no-caps").mark("undo")
+    _history(state)
+    if state.used():
+        Figures(lambda: drawings.history(state)).mark("falling error")
+        Figures(lambda: drawings.before_and_after(state)).mark("before and after")
+        Sliders(state, model)
 
 
-def fit(bench: Workbench, thermal: str, deformation: str) -> None:
+def fit(state: WorkbenchState, thermal: str, deformation: str) -> None:
     """Begin the fit of a model without effects."""
     how = f"{thermal} + {deformation} fitted"
-    command = command_lines.fit(bench, thermal, deformation)
-    runs = bench.paths("train")
-    bench.start_model("Fit", work.fit, how, None, command, runs=runs, thermal=thermal, deformation=deformation)
+    command = command_lines.fit(state, thermal, deformation)
+    runs = state.paths("train")
+    state.start_model("Fit", tasks.fit, how, None, command, runs=runs, thermal=thermal, deformation=deformation)
 
 
-def _history(bench: Workbench) -> None:
+def _history(state: WorkbenchState) -> None:
     """Every model; a click makes it the current one."""
     with ui.element("table").classes("models"):
         with ui.element("thead"), ui.element("tr"):
@@ -62,17 +61,17 @@ def _history(bench: Workbench) -> None:
                 with ui.element("th").props("scope=col"):
                     ui.label(head)
         with ui.element("tbody"):
-            for kept in bench.session.models:
-                model = bench.model(kept.number)
+            for kept in state.session.models:
+                model = state.model(kept.number)
                 effects = ", ".join(model.effect_names) if model is not None else ""
                 with ui.element("tr").mark(f"model {kept.number}"):
                     for text in (f"{kept.number}", kept.how, effects, "" if kept.parent is None else f"{kept.parent}"):
                         with ui.element("td"):
                             ui.label(text)
                     with ui.element("td"):
-                        if kept.number == bench.session.current:
+                        if kept.number == state.session.current:
                             ui.label("current")
                         else:
-                            ui.button("Use", on_click=telling(partial(bench.choose, kept.number))).props(
+                            ui.button("Use", on_click=notify_errors(partial(state.choose, kept.number))).props(
                                 f'flat dense no-caps aria-label="use model {kept.number}"'
                             )

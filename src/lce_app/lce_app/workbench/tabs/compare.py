@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the model fails: the shares of the error, and a run beside the model; a share clicked lights its samples up."""
+"""Where the model fails: shares of the error, and a run beside the model; a click on a share lights its samples up."""
 
 from __future__ import annotations
 
@@ -7,41 +7,43 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, get_args
 
+import numpy as np
 from nicegui import ui
 
-from lce_analysis.comparison.conditions import BRANCHES, spans
-from lce_app.workbench.bench import Workbench
+from lce_analysis.comparison.conditions import BRANCHES, ErrorShares, Flags, OperatingConditions, spans
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
+from lce_app.workbench.state import WorkbenchState
+from lce_data.channels import SENSORS
 from lce_report import Block
-from lce_report.comparison_page import misfit, where
-from lce_report.run_section import Colouring, run_section
+from lce_report.figures.errors import misfit, where
+from lce_report.figures.run import Colouring, run_section
 
 if TYPE_CHECKING:
-    from lce_analysis.comparison.compare import Comparison, Quantity
+    from lce_analysis.comparison.compare import Comparison
 
 Spans = dict[str, list[tuple[float, float]]]
 
 
-def fill(bench: Workbench) -> None:
+def fill(state: WorkbenchState) -> None:
     """The answer, the table of shares, and the figures of the run chosen."""
-    names = list(bench.used())
-    if bench.session.current is None or not names:
+    names = list(state.used())
+    if state.session.current is None or not names:
         ui.label("A model and a run are needed. Fit a model on the tab Add, and choose runs on the tab Runs.")
         return
 
     def light(pick: str, row: int, column: int) -> None:
         """Light the cell's samples up; a run that has some is shown."""
-        comparison = bench.comparison()
+        comparison = state.comparison()
         if comparison is None:
             return
-        spans = lit(comparison, pick, row, column)
-        figures.light(spans)
-        with_some = [name for name in names if (run := bench.entries[name].run) is not None and spans[run.name]]
+        picked = picked_samples(comparison, pick, row, column)
+        figures.light(picked)
+        with_some = [name for name in names if (run := state.entries[name].run) is not None and picked[run.name]]
         if with_some and chosen.value not in with_some:
             chosen.set_value(with_some[0])
 
-    Figures(partial(shares, bench), light).mark("shares")
+    Figures(partial(shares, state), light).mark("shares")
     ui.label("Click on a share: its samples light up in every figure below. Point at it: their rms residual.")
     with ui.row().classes("line"):
         chosen = ui.select(names, value=remembered("run", names), label="Run").mark("chosen run")
@@ -49,45 +51,67 @@ def fill(bench: Workbench) -> None:
         by = ui.select(ways, value=remembered("loop by", ways), label="Loop coloured by").mark("loop by")
     for key, choice in (("run", chosen), ("loop by", by)):
         choice.on_value_change(partial(remember, key))
-    figures = Figures(lambda: run_figures(bench, str(chosen.value), by.value or "nothing"))
+    figures = Figures(lambda: run_figures(state, str(chosen.value), by.value or "nothing"))
     figures.mark("run figures")
     for choice in (chosen, by):
         choice.on_value_change(figures.reload)
 
 
-def shares(bench: Workbench) -> Sequence[Block]:
+def shares(state: WorkbenchState) -> Sequence[Block]:
     """The answer in words, the misfit, and where the error sits."""
-    comparison = bench.comparison()
+    comparison = state.comparison()
     if comparison is None:
         return []
-    return [*comparison.sentences, *(where(q, s) for q, s in comparison.shares.items()), misfit(comparison)]
+    return [
+        *comparison.sentences,
+        *(where(channel, found) for channel, found in comparison.shares.items()),
+        misfit(comparison),
+    ]
 
 
-def run_figures(bench: Workbench, name: str, loop_by: Colouring = "nothing") -> Sequence[Block]:
+def run_figures(state: WorkbenchState, name: str, loop_by: Colouring = "nothing") -> Sequence[Block]:
     """A run beside the model, as in the report."""
-    comparison, run = bench.comparison(), bench.entries[name].run
+    comparison, run = state.comparison(), state.entries[name].run
     if comparison is None:
         return []
     return next(run_section(found, loop_by).blocks for found in comparison.runs if found.run is run)
 
 
-def lit(comparison: Comparison, pick: str, row: int, column: int) -> Spans:
-    """The samples of a cell of a table of shares, as stretches of the time of each run."""
+def picked_samples(comparison: Comparison, pick: str, row: int, column: int) -> Spans:
+    """The samples that a cell of a table of shares counts, as intervals of the time of each run.
+
+    Parameters
+    ----------
+    pick : channel and table, as "displacement cycle"; empty if no cell is picked.
+    row, column : of the cell.
+    """
     found: Spans = {run.run.name: [] for run in comparison.runs}
     if not pick:
         return found
-    name, by = pick.split()
-    quantity: Quantity = "temperature" if name == "temperature" else "displacement"
-    shares = comparison.shares[quantity]
+    name, table = pick.split()
+    channel = next(channel for channel in SENSORS if channel.name == name)
+    shares = comparison.shares[channel]
     for run in comparison.runs:
-        if (stage := run.stage(quantity)) is None:
+        if (compared := run.channels.get(channel)) is None:
             continue
-        if by == "regime":
-            branch, held = BRANCHES[row // 2], bool(row % 2)
-            (share,) = [s for s in shares.regimes if (s.branch, s.held) == (branch, held)][column : column + 1]
-            here = share.among(stage.regime)
+        if table == "cycle":
+            here = _in_cycle(shares, run.run.name, compared.conditions, row, column)
         else:
-            cycles = sorted({n for by_cycle in shares.cycles.values() for n in by_cycle})
-            here = (stage.regime.cycle == cycles[column]) & (run.run.name == list(shares.cycles)[row])
-        found[run.run.name] = spans(stage.time_s, here)
+            here = _under_condition(shares, compared.conditions, row, column)
+        found[run.run.name] = spans(compared.time_s, here)
     return found
+
+
+def _under_condition(shares: ErrorShares, conditions: OperatingConditions, row: int, column: int) -> Flags:
+    """Samples (n,) of a cell: rows are heating and cooling, ramp before hold; columns quarters of the temperature."""
+    branch, held = BRANCHES[row // 2], bool(row % 2)
+    quarters = [share for share in shares.conditions if (share.branch, share.held) == (branch, held)]
+    return quarters[column].among(conditions)
+
+
+def _in_cycle(shares: ErrorShares, run: str, conditions: OperatingConditions, row: int, column: int) -> Flags:
+    """Samples (n,) of a cell: rows are runs, columns the cycles of all runs."""
+    if run != list(shares.cycles)[row]:
+        return np.zeros(conditions.cycle.shape, dtype=np.bool_)
+    cycles = sorted({cycle for by_cycle in shares.cycles.values() for cycle in by_cycle})
+    return np.asarray(conditions.cycle == cycles[column])

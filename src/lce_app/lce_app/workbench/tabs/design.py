@@ -1,37 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The experiment that would tell two effects apart: designed, shown, and handed to the bench."""
+"""The experiment that tells two effects apart: designed, shown, and handed to the bench."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from nicegui import ui
 
-from lce_app.workbench import command_lines, drawings
-from lce_app.workbench import tasks as work
-from lce_app.workbench.bench import Workbench
-from lce_app.workbench.error_notification import telling
+from lce_app.use_cases.design import DEFAULTS
+from lce_app.workbench import command_lines, drawings, tasks
+from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
+from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs.bench import run_simulated
 from lce_data.errors import LceError
 from lce_model.effects import library
 
-MIN_LIKELIHOOD_RATIO: Final = 5.0
-"""Standard deviations that make a difference plain."""
 
-
-def fill(bench: Workbench) -> None:
+def fill(state: WorkbenchState) -> None:
     """The two effects, the limits, and the waveforms designed so far."""
-    number = bench.session.current
+    number = state.session.current
     if number is None:
         ui.label("A model is needed. Fit one on the tab Add.")
         return
     ui.label("The waveform, within the limits, after which two effects that look alike are told apart best.")
-    first, second = likely_pair(bench)
+    first, second = likely_pair(state)
     with ui.row().classes("line"):
         one = ui.select(list(library()), value=first, label="Effect")
         other = ui.select(list(library()), value=second, label="Looks like")
@@ -41,31 +38,31 @@ def fill(bench: Workbench) -> None:
 
         def begin() -> None:
             limits = _number(power_w), _number(hottest_c), _number(longest_s)
-            design(bench, number, (str(one.value), str(other.value)), limits)
+            design(state, number, (str(one.value), str(other.value)), limits)
 
-        ui.button("Design", color="accent", on_click=telling(begin)).props("unelevated no-caps").mark("design")
-    for file, about in bench.designs():
-        _designed(bench, file, about)
+        ui.button("Design", color="accent", on_click=notify_errors(begin)).props("unelevated no-caps").mark("design")
+    for file, about in state.designs():
+        _designed(state, file, about)
 
 
-def design(bench: Workbench, number: int, between: tuple[str, str], limits: tuple[float, float, float]) -> None:
+def design(state: WorkbenchState, number: int, between: tuple[str, str], limits: tuple[float, float, float]) -> None:
     """Begin the search for a waveform within limits of power [W], temperature [°C] and duration [s]."""
-    model = bench.session.model_file(number)
-    bench.start(
+    model = state.session.model_file(number)
+    state.start(
         f"Tell {between[0]} from {between[1]}",
-        work.design,
+        tasks.design,
         measure="separation",
         model=model,
         between=between,
         limits=limits,
-        command=command_lines.design(bench, model, between, limits),
-        out=bench.session.place / f"wave-{between[0]}-{between[1]}.csv",
+        command=command_lines.design(state, model, between, limits),
+        out=state.session.place / f"wave-{between[0]}-{between[1]}.csv",
     )
 
 
-def likely_pair(bench: Workbench) -> tuple[str, str]:
+def likely_pair(state: WorkbenchState) -> tuple[str, str]:
     """The strongest candidate of the diagnosis and what it looks like; else the first two of the library."""
-    for candidate in (bench.diagnosis() or {"candidates": []})["candidates"]:
+    for candidate in (state.diagnosis() or {"candidates": []})["candidates"]:
         if candidate["aliases"]:
             return candidate["effect"], candidate["aliases"][0]
     first, second, *_ = library()
@@ -78,13 +75,13 @@ def _number(field: ui.number) -> float:
     return float(field.value)
 
 
-def _designed(bench: Workbench, file: Path, about: Mapping[str, Any]) -> None:
+def _designed(state: WorkbenchState, file: Path, about: Mapping[str, Any]) -> None:
     """A waveform, what it is worth, and the button that runs it."""
     time_s, power_w = np.loadtxt(file, delimiter=",", skiprows=1, unpack=True)
     one, other = about["between"]
     enough = (
         ""
-        if about["separation"] > MIN_LIKELIHOOD_RATIO
+        if about["separation"] > DEFAULTS.plain_separation
         else " Too little to tell them apart: give more time, power or heat."
     )
     ui.html(f"<h2>{one} or {other}</h2>", sanitize=False)
@@ -93,12 +90,14 @@ def _designed(bench: Workbench, file: Path, about: Mapping[str, Any]) -> None:
         f"After the rival is refitted, {about['separation']:.1f} standard deviations of the noise remain.{enough}"
     )
     Figures(lambda: drawings.wave(f"{one} or {other}", time_s, power_w))
-    wave = file.relative_to(bench.folder).as_posix()
+    wave = file.relative_to(state.folder).as_posix()
 
     def run() -> None:
-        run_simulated(bench, wave)
+        run_simulated(state, wave)
         turn_to("Bench")
 
     with ui.row().classes("line"):
-        ui.button("Run it on the simulated bench", on_click=telling(run)).props("outline no-caps").mark(f"run {wave}")
+        ui.button("Run it on the simulated bench", on_click=notify_errors(run)).props("outline no-caps").mark(
+            f"run {wave}"
+        )
         ui.label(f"Another strip, or the real bench: on the tab Bench, with the protocol {wave}")

@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
 from nicegui import ui
 
-from lce_app.workbench import command_lines, drawings
-from lce_app.workbench import tasks as work
-from lce_app.workbench.bench import Workbench
-from lce_app.workbench.error_notification import telling
+from lce_app.workbench import command_lines, drawings, tasks
+from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
+from lce_app.workbench.state import WorkbenchState
 from lce_model.effects import library
 
 VERDICTS: Final = {
@@ -27,19 +27,19 @@ SHOWN: Final = 8
 """Candidates that are listed before the others."""
 
 
-def fill(bench: Workbench) -> None:
+def fill(state: WorkbenchState) -> None:
     """The button, the answer, and the candidates."""
-    train, test = len(bench.runs("train")), len(bench.runs("test"))
-    if bench.session.current is None or not train:
+    train, test = len(state.runs("train")), len(state.runs("test"))
+    if state.session.current is None or not train:
         ui.label("A model and a run to learn from are needed. Fit a model on the tab Add.")
         return
     with ui.row().classes("line"):
-        ui.button("Diagnose", color="accent", on_click=telling(lambda: diagnose(bench))).props(
+        ui.button("Diagnose", color="accent", on_click=notify_errors(lambda: diagnose(state))).props(
             "unelevated no-caps"
         ).mark("diagnose")
         judged = f"judged on {test} held out" if test else "none is held out to judge on (tab Runs)"
         ui.label(f"the score test over the library on {train} {'run' if train == 1 else 'runs'}; {judged}")
-    found = bench.diagnosis()
+    found = state.diagnosis()
     if found is None:
         ui.label("This model has not been diagnosed yet.")
         return
@@ -51,53 +51,53 @@ def fill(bench: Workbench) -> None:
     for i, candidate in enumerate(sorted(found["candidates"], key=lambda c: c["effect"] not in found["added"])):
         if i == SHOWN:
             ui.html("<h2>The rest of the library</h2>", sanitize=False)
-        _candidate(bench, candidate)
+        _candidate(state, candidate)
 
 
-def diagnose(bench: Workbench) -> None:
+def diagnose(state: WorkbenchState) -> None:
     """Begin the diagnosis of the current model."""
-    number = bench.session.current
+    number = state.session.current
     assert number is not None
-    bench.start(
+    state.start(
         "Diagnose",
-        work.diagnose,
-        runs=bench.paths("train"),
-        test=bench.paths("test"),
-        model=bench.session.model_file(number),
-        out=bench.session.diagnosis_file(number),
+        tasks.diagnose,
+        runs=state.paths("train"),
+        test=state.paths("test"),
+        model=state.session.model_file(number),
+        out=state.session.diagnosis_file(number),
     )
 
 
-def add(bench: Workbench, effect: str) -> None:
+def add(state: WorkbenchState, effect: str) -> None:
     """Begin adding an effect to the current model, and show where its error falls."""
-    number = bench.session.current
+    number = state.session.current
     assert number is not None
-    model = bench.session.model_file(number)
-    bench.start_model(
+    model = state.session.model_file(number)
+    state.start_model(
         f"Add {effect}",
-        work.add,
+        tasks.add,
         f"{effect} added to model {number}",
         number,
-        command_lines.add(bench, effect, model),
+        command_lines.add(state, effect, model),
         effect=effect,
-        runs=bench.paths("train"),
-        test=bench.paths("test"),
+        runs=state.paths("train"),
+        test=state.paths("test"),
         model=model,
     )
     turn_to("Add")
 
 
-def _candidate(bench: Workbench, candidate: Mapping[str, Any]) -> None:
+def _candidate(state: WorkbenchState, candidate: Mapping[str, Any]) -> None:
     effect = library().get(candidate["effect"])
     visible = f"{candidate['visibility']:.0%} visible" if candidate["shown"] else "these data would not show it"
-    told = f"evidence {candidate['evidence']:.3g}, fall {candidate['predicted_fall']:.1%}, {visible}"
+    caption = f"evidence {candidate['evidence']:.3g}, fall {candidate['predicted_fall']:.1%}, {visible}"
     with (
-        ui.expansion(candidate["effect"], caption=told)
+        ui.expansion(candidate["effect"], caption=caption)
         .classes("candidate")
         .mark(f"candidate {candidate['effect']}") as open_
     ):
         if effect is not None:
-            ui.html(f"<code>{effect.equation.replace('<', '&lt;')}</code>", sanitize=False)
+            ui.html(f"<code>{html.escape(effect.equation)}</code>", sanitize=False)
             with ui.element("ul"):
                 for p in effect.parameters:
                     with ui.element("li"):
@@ -107,19 +107,19 @@ def _candidate(bench: Workbench, candidate: Mapping[str, Any]) -> None:
         ui.label(f"Expected: {expected}; p = {candidate['p_value']:.1e}.")
         if candidate["aliases"]:
             ui.label(
-                f"In these data it looks like {', '.join(candidate['aliases'])}. The tab Tell apart designs the "
+                f"In these data it looks like {', '.join(candidate['aliases'])}. The tab Design designs the "
                 "experiment that would tell."
             )
         place = ui.element("div")
-        ui.button(f"Add {candidate['effect']}", on_click=telling(partial(add, bench, candidate["effect"]))).props(
+        ui.button(f"Add {candidate['effect']}", on_click=notify_errors(partial(add, state, candidate["effect"]))).props(
             "outline no-caps"
         ).classes("as-wide").mark(f"add {candidate['effect']}")
-    open_.on_value_change(_once(lambda: _signature(bench, candidate, place)))
+    open_.on_value_change(_once(lambda: _signature(state, candidate, place)))
 
 
-def _signature(bench: Workbench, candidate: Mapping[str, Any], place: ui.element) -> None:
+def _signature(state: WorkbenchState, candidate: Mapping[str, Any], place: ui.element) -> None:
     """Draw what the effect would look like, in the run learnt from that is first."""
-    model, run = bench.model(), next(iter(bench.runs("train").values()), None)
+    model, run = state.model(), next(iter(state.runs("train").values()), None)
     if model is not None and run is not None:
         with place:
             Figures(lambda: drawings.signature(model, run, candidate["effect"], candidate["settings"]))

@@ -1,26 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which runs there are, which are learnt from and which held out, and which files are none."""
+"""The runs of the folder: which are learnt from, which are held out, and which files cannot be used."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import html
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from nicegui import ui
 
-from lce_app.workbench.bench import Entry, Workbench
+from lce_app.workbench.colours import colour
+from lce_app.workbench.state import RunEntry, WorkbenchState
+from lce_data.experiment_file import content_of
 
 if TYPE_CHECKING:
     from lce_data.run import Run, Series
 
 ROLES: Final = {"train": "learn from", "test": "hold out", "off": "leave aside"}
+UNITS: Final = {"m": "m", "c": "°C", "n": "N"}
+"""Units by the suffix of a condition's name."""
 WIDE, HIGH, POINTS = 120, 34, 120
 
 
-def fill(bench: Workbench) -> None:
+def fill(state: WorkbenchState) -> None:
     """The files of the folder as a table."""
-    ui.button("Read the folder anew", on_click=bench.reopen).props("flat dense no-caps").classes("as-wide").mark("anew")
-    if not bench.entries:
+    ui.button("Read the folder anew", on_click=state.reopen).props("flat dense no-caps").classes("as-wide").mark("anew")
+    if not state.entries:
         ui.label("No bag, MCAP file or CSV in this folder. Record one on the tab Bench, or with lce run.")
         return
     with ui.element("table").classes("runs"):
@@ -29,11 +34,11 @@ def fill(bench: Workbench) -> None:
                 with ui.element("th").props("scope=col"):
                     ui.label(head)
         with ui.element("tbody"):
-            for name, entry in bench.entries.items():
-                _row(bench, name, entry)
+            for name, entry in state.entries.items():
+                _row(state, name, entry)
 
 
-def _row(bench: Workbench, name: str, entry: Entry) -> None:
+def _row(state: WorkbenchState, name: str, entry: RunEntry) -> None:
     with ui.element("tr").mark(f"run {name}"):
         with ui.element("th").props("scope=row"):
             ui.label(name)
@@ -50,36 +55,39 @@ def _row(bench: Workbench, name: str, entry: Entry) -> None:
             if entry.run:
                 ui.html(_thumbnail(entry.run), sanitize=False)
         with ui.element("td"):
-            role = ui.radio(ROLES, value=bench.session.roles[name]).props(f'inline dense aria-label="use of {name}"')
-            role.on_value_change(lambda event: bench.set_role(name, event.value))
+            role = ui.radio(ROLES, value=state.session.roles[name]).props(f'inline dense aria-label="use of {name}"')
+            role.on_value_change(lambda event: state.set_role(name, event.value))
 
 
 def conditions(run: Run) -> str:
     """What was done, on what, in a few words."""
-    about = run.conditions
-    words = [str(about["protocol"])] if about.get("protocol") else []
-    nested = about.get("conditions")
-    for key, value in (nested if isinstance(nested, dict) else {}).items():
-        name, _, unit = str(key).rpartition("_")
-        words.append(f"{name.replace('_', ' ')} {value:g} {'°C' if unit == 'c' else unit}")
-    if about.get("outcome") not in (None, "complete"):
-        words.append(str(about["outcome"]))
+    about = run.experiment
+    words = [about.protocol] if about.protocol else []
+    words += [_condition(key, value) for key, value in content_of(about.conditions).items()]
+    if about.outcome not in (None, "complete"):
+        words.append(str(about.outcome))
     return " · ".join(words)
+
+
+def _condition(key: str, value: Any) -> str:
+    """`strip_length_m`, 0.01 as "strip length 0.01 m"."""
+    name, _, suffix = key.rpartition("_")
+    unit = UNITS.get(suffix)
+    number = f"{value:g}" if isinstance(value, int | float) else str(value)
+    return f"{(name if unit else key).replace('_', ' ')} {number} {unit or ''}".rstrip()
 
 
 def _measured(run: Run) -> list[str]:
     """What was measured how often, and for how long."""
-    series = {"P": run.power, "T": run.temperature, "d": run.displacement}
-    there = {name: s for name, s in series.items() if s is not None}
-    length = max(s.time_s[-1] for s in there.values())
-    rates = {name: 1.0 / float(np.median(np.diff(s.time_s))) for name, s in there.items()}
-    return [f"{length:.0f} s", *(f"{name} at {rate:.3g} Hz" for name, rate in rates.items())]
+    length_s = max(series.time_s[-1] for series in run.series.values())
+    rates = {channel.symbol: 1.0 / float(np.median(np.diff(s.time_s))) for channel, s in run.series.items()}
+    return [f"{length_s:.0f} s", *(f"{symbol} at {rate:.3g} Hz" for symbol, rate in rates.items())]
 
 
 def _thumbnail(run: Run) -> str:
-    drawn = [("model", run.temperature), ("residual", run.displacement)]
-    lines = "".join(_line(series, role) for role, series in drawn if series is not None)
-    about = f"temperature and displacement of {run.name} over time".replace('"', "").replace("<", "")
+    lines = "".join(_line(series, colour(channel)) for channel, series in run.measured.items())
+    names = " and ".join(channel.name for channel in run.measured)
+    about = html.escape(f"{names} of {run.name} over time")
     return (
         f'<svg viewBox="0 0 {WIDE} {HIGH}" width="{WIDE}" height="{HIGH}" role="img" aria-label="{about}">{lines}</svg>'
     )

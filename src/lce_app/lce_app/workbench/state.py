@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lce_app.workbench import session as sessions
-from lce_app.workbench.jobs import Job, Work
-from lce_app.workbench.live import Ear
+from lce_app.workbench.jobs import Job, Task
 from lce_app.workbench.session import Role, Session
+from lce_app.workbench.topic_monitor import TopicMonitor
 from lce_data.errors import LceError
 
 if TYPE_CHECKING:
@@ -25,36 +25,39 @@ if TYPE_CHECKING:
     from lce_model import Model
 
 AT_ONCE: Final = 20
-"""Runs of a folder that are opened unasked, at most."""
+"""Runs of a folder that are read without being asked for, at most."""
 DIAGNOSIS: Final = ("verdict", "sentences", "added", "candidates")
 DESIGN: Final = ("between", "protocol", "separation", "hottest_c", "command")
-"""What is read of the files that jobs write."""
+"""Keys that the files of jobs must have."""
 COMPARISONS: Final = 4
-"""Comparisons that are kept: each holds every sample several times."""
+"""Comparisons that are kept in memory: each holds every sample several times."""
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A file that may be a run: the run as read, or why it is none; neither before it is read."""
+class RunEntry:
+    """A file that may be a run: the run once it is read, or why it cannot be used."""
 
     path: Path
     run: Run | None = None
     error: str = ""
 
 
-class Workbench:
-    """One for the server. ``version`` counts what changed, by which a page knows that it has to draw anew; ``ready``
-    says that the analysis is loaded, ``trouble`` why there can be no workbench.
+class WorkbenchState:
+    """Session, runs, comparisons and job, shared by all open pages of the server.
+
+    version : counts the changes; a page draws anew when it has grown.
+    ready : the analysis is loaded. busy : what the server is loading, if anything.
+    fatal_error : why the workbench has to end.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
         self.session = sessions.load(self.folder)
-        self.entries: dict[str, Entry] = {}
+        self.entries: dict[str, RunEntry] = {}
         self.job: Job | None = None
-        self.ear = Ear()
+        self.monitor = TopicMonitor()
         self.busy = "looking for runs"
-        self.trouble = ""
+        self.fatal_error = ""
         self.ready = False
         self.version = 0
         self._models: dict[int, Model] = {}
@@ -70,7 +73,7 @@ class Workbench:
         new = [name for name in found if name not in self.session.roles]
         first: dict[str, Role] = {name: "train" if i < AT_ONCE else "off" for i, name in enumerate(new)}
         roles = {name: self.session.roles.get(name) or first[name] for name in found} | dict(chosen or {})
-        self.entries = {name: self.entries.get(name, Entry(path)) for name, path in found.items()}
+        self.entries = {name: self.entries.get(name, RunEntry(path)) for name, path in found.items()}
         self._change(Session(self.folder, roles, self.session.models, self.session.current))
         for name, role in roles.items():
             if role != "off":
@@ -79,7 +82,7 @@ class Workbench:
         self.version += 1
 
     def loaded(self) -> None:
-        """The analysis is there."""
+        """Note that the analysis is loaded."""
         self.busy, self.ready = "", True
         self.version += 1
 
@@ -120,7 +123,7 @@ class Workbench:
     # Models
 
     def begin_with(self, file: Path) -> None:
-        """Keep the model of a file, unless it is the current one. LceError where it is none."""
+        """Keep the model of a file, unless it is the current one; LceError if the file cannot be used."""
         from lce_model import load_model
 
         if (model := load_model(file)) != self.model():
@@ -156,7 +159,7 @@ class Workbench:
         self._change(self.session.undone())
 
     def comparison(self, number: int | None = None) -> Comparison | None:
-        """A model beside all runs in use, computed once; None where there is no model or no run. Takes a while."""
+        """A model beside all runs in use, computed once; None without a model or a run. Takes a while."""
         from lce_analysis.comparison.compare import compare
 
         number = self.session.current if number is None else number
@@ -172,7 +175,7 @@ class Workbench:
         return self._comparisons[key]
 
     def errors(self, number: int) -> dict[Role, Errors]:
-        """What a model of the history leaves on the runs learnt from and on those held out, computed once."""
+        """Errors of a model of the history on the runs learnt from and on those held out, computed once."""
         from lce_analysis.diagnosis.diagnosis import errors
 
         model = self.model(number)
@@ -184,7 +187,7 @@ class Workbench:
         return self._errors[key]
 
     def diagnosis(self) -> dict[str, Any] | None:
-        """What `diagnose` said of the current model, None where it was not asked."""
+        """The diagnosis of the current model; None if it was not asked for."""
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
         return _json(file, DIAGNOSIS)
@@ -204,39 +207,39 @@ class Workbench:
     def start(
         self,
         name: str,
-        work: Work,
+        task: Task,
         then: Callable[[], None] = lambda: None,
         *,
         measure: str = "RMS error",
         gentle: bool = False,
         **arguments: Any,
     ) -> None:
-        """Begin a job; ``then`` is called when it is done. LceError where one is under way."""
+        """Begin a job; ``then`` is called when it is done. LceError if one is under way."""
         if self.job is not None and self.working:
             raise LceError(f"{self.job.name} is under way; one at a time")
         self.session.make_place()
-        self.job, self._then = Job(name, work, arguments, measure, gentle), then
+        self.job, self._then = Job(name, task, arguments, measure, gentle), then
 
     def start_model(
-        self, name: str, work: Work, how: str, parent: int | None, command: str = "", **arguments: Any
+        self, name: str, task: Task, how: str, parent: int | None, command: str = "", **arguments: Any
     ) -> None:
         """Begin a job that writes the next model of the history."""
         out = self.session.model_file(self.session.next_number())
-        self.start(name, work, partial(self._joined, how, parent, command), out=out, **arguments)
+        self.start(name, task, partial(self._add_to_history, how, parent, command), out=out, **arguments)
 
-    def _joined(self, how: str, parent: int | None, command: str) -> None:
+    def _add_to_history(self, how: str, parent: int | None, command: str) -> None:
         self._change(self.session.with_model(how, parent, command))
 
-    def record(self, name: str, work: Work, out: Path, **arguments: Any) -> None:
-        """Begin a job that records a run into the folder; it is opened when it is over, however it ended."""
-        self.start(name, work, self._recorded, gentle=True, out=out, **arguments)
+    def record(self, name: str, task: Task, out: Path, **arguments: Any) -> None:
+        """Begin a job that records a run into the folder; the run is opened when the job ends, however it ends."""
+        self.start(name, task, self._recorded, gentle=True, out=out, **arguments)
 
     def _recorded(self) -> None:
         self._opening = asyncio.ensure_future(self.open())
 
     def poll(self) -> None:
-        """Take in what the job told, and what was heard; to be called often."""
-        self.ear.poll()
+        """Take in what the job and the topic monitor report; to be called often."""
+        self.monitor.poll()
         job = self.job
         if job is None or not job.poll():
             return
@@ -250,16 +253,16 @@ class Workbench:
             self.job.cancel()
 
     def stop(self) -> None:
-        """End the job if it controls something: the laser goes to zero."""
+        """End the job if it controls the bench: the laser goes to zero."""
         if self.job is not None and self.job.gentle:
             self.job.cancel()
 
     def close(self) -> None:
-        """End the job, a gentle one in order, and stop listening."""
+        """End the job, a gentle one in order, and stop the topic monitor."""
         self.cancel()
         if self.job is not None and self.job.gentle:
             self.job.wait()
-        self.ear.close()
+        self.monitor.close()
 
     def _change(self, session: Session) -> None:
         self.session = session
@@ -267,18 +270,18 @@ class Workbench:
         self.version += 1
 
 
-def _read(path: Path, name: str, folder: Path) -> Entry:
+def _read(path: Path, name: str, folder: Path) -> RunEntry:
     """The run of a file, named after its place in the folder: two runs may have one name, in two folders."""
     from lce_data.read_runs import read_run
 
     try:
-        return Entry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
+        return RunEntry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
     except LceError as error:
-        return Entry(path, error=str(error).replace(f"{folder}/", ""))
+        return RunEntry(path, error=str(error).replace(f"{folder}/", ""))
 
 
 def _json(file: Path, keys: Collection[str]) -> dict[str, Any]:
-    """What a job wrote; LceError where the file is something else."""
+    """What a job wrote; LceError if the file is something else."""
     with suppress(ValueError):
         content = json.loads(file.read_text(encoding="utf-8"))
         if isinstance(content, dict) and set(keys) <= set(content):

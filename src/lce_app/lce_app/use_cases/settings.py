@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`--set term.param=value` on the command line."""
+"""`term.param=value`, as a user types it."""
 
 from __future__ import annotations
 

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arguments that several commands have, and the check that comes before everything slow."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from pathlib import Path
+
+from lce_data.errors import LceError
+
+
+def add_runs(parser: argparse.ArgumentParser) -> None:
+    """The recordings."""
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a bag folder or a CSV file")
+
+
+def add_test_runs(parser: argparse.ArgumentParser) -> None:
+    """Recordings that nothing is fitted to."""
+    parser.add_argument("--test", nargs="+", type=Path, default=[], metavar="RUN", help="runs held out")
+
+
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """The model file, which must be given."""
+    parser.add_argument(
+        "--model", type=Path, required=True, metavar="M.yaml", help="model file, as `lce fit` writes it"
+    )
+
+
+def add_settings(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
+    """`--set`, repeatable; :func:`lce_app.use_cases.settings.parse_settings` reads it."""
+    parser.add_argument("--set", action="append", default=[], metavar=metavar, help=about)
+
+
+def add_pace(parser: argparse.ArgumentParser) -> None:
+    """Real or simulated time."""
+    pace = parser.add_mutually_exclusive_group()
+    pace.add_argument("--realtime", action="store_true", help="each node a process, in real time (default)")
+    pace.add_argument(
+        "--fast", action="store_true", help="the same nodes on simulated time, as quickly as the machine can"
+    )
+
+
+def add_cluster(parser: argparse.ArgumentParser) -> None:
+    """More than one machine, for commands that fit many times."""
+    parser.add_argument(
+        "--backend",
+        choices=("threads", "dask"),
+        default="threads",
+        help="where to fit: on the cores of this machine (default), or on a Dask cluster",
+    )
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the Dask cluster, as tcp://192.168.1.5:8786")
+
+
+def check_inputs(runs: Iterable[Path] = (), models: Iterable[Path | None] = ()) -> None:
+    """Raise LceError for the first run or model file that does not exist.
+
+    A command calls it before it imports the physics, which takes seconds: a mistyped path is told at once.
+    """
+    for run in runs:
+        if not run.exists():
+            raise LceError(f"{run}: no such file or folder")
+    for model in models:
+        if model is not None and not model.exists():
+            raise LceError(f"{model}: cannot be read (No such file or directory)")
+
+
+def print_files(*files: Path | None) -> None:
+    """Print the paths of the files that were written, one a line."""
+    for file in files:
+        if file:
+            print(file)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Add an effect to a model and refit it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import lce_analysis.diagnosis as diagnosing
+from lce_analysis.comparison.compare import Comparison, compare
+from lce_analysis.diagnosis import Addition
+from lce_analysis.options import DiagnoseOptions
+from lce_data.files import write_atomically
+from lce_data.progress import CancelToken, Progress, silent
+from lce_data.read_runs import read_runs
+from lce_model import load_model, save_model
+from lce_report.pages.addition import render_addition
+
+
+@dataclass(frozen=True)
+class Added:
+    """The addition, and both models beside all runs.
+
+    held_out : names of the runs that were held out.
+    """
+
+    addition: Addition
+    before: Comparison
+    after: Comparison
+    held_out: frozenset[str]
+
+
+def add_effect(
+    effect: str,
+    run_files: Sequence[Path],
+    model_file: Path,
+    out: Path,
+    test_files: Sequence[Path] = (),
+    options: DiagnoseOptions = DiagnoseOptions(),
+    report_file: Path | None = None,
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+) -> Added:
+    """Add an effect to a model, refit the model to runs, and write its file.
+
+    Parameters
+    ----------
+    effect : a name of the library, or the path of an effect file.
+    run_files : runs to fit to: bag folders, MCAP files or CSV files.
+    model_file : model to which the effect is added, as `lce fit` writes it.
+    out : model file to write.
+    test_files : runs held out, on which both models are judged.
+    options : when an effect counts as confirmed.
+    report_file : before and after as one HTML file; not written if None.
+    progress, cancel : hears of each step; a cancelled addition raises Cancelled and writes nothing.
+
+    Returns
+    -------
+    Added
+        The models before and after, and how they compare with each run.
+
+    Raises
+    ------
+    LceError
+        If a run, the model or the effect cannot be used, or the model has the effect already.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> found = add_effect("creep", [Path("runs/pulse")], Path("m.yaml"), Path("m2.yaml"))  # doctest: +SKIP
+    >>> print(found.addition.sentence)  # doctest: +SKIP
+    """
+    runs, test_runs = read_runs(run_files), read_runs(test_files)
+    addition = diagnosing.add_effect(load_model(model_file), effect, runs, test_runs, options, progress, cancel)
+    every, held_out = [*runs, *test_runs], frozenset(run.name for run in test_runs)
+    before, after = compare(addition.before, every), compare(addition.model, every)
+    if report_file:
+        write_atomically(report_file, render_addition(addition, before, after, held_out))
+    save_model(addition.model, out)
+    return Added(addition, before, after, held_out)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compare a model with recorded runs: where does it fail?"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import lce_analysis.comparison.compare as comparing
+from lce_analysis.options import CompareOptions
+from lce_analysis.prediction import excited
+from lce_data.files import write_atomically
+from lce_data.progress import CancelToken, Progress, silent
+from lce_data.read_runs import read_runs
+from lce_model import load_model
+from lce_report.pages.comparison import render_comparison
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The comparison, and a sentence for each run that says little of the model."""
+
+    comparison: comparing.Comparison
+    warnings: tuple[str, ...]
+
+
+def compare(
+    run_files: Sequence[Path],
+    model_file: Path,
+    options: CompareOptions = CompareOptions(),
+    json_file: Path | None = None,
+    report_file: Path | None = None,
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+) -> Compared:
+    """Compare a model with every series of every run that it predicts.
+
+    Parameters
+    ----------
+    run_files : bag folders, MCAP files or CSV files.
+    model_file : as `lce fit` writes it.
+    options : what drives the deformation, and from which size on a misfit counts.
+    json_file, report_file : numbers in SI or °C as JSON, and figures as one HTML file; not written if None.
+    progress, cancel : hears of each run; a cancelled comparison raises Cancelled and writes nothing.
+
+    Returns
+    -------
+    Compared
+        The comparison, and warnings.
+
+    Raises
+    ------
+    LceError
+        If a run or the model cannot be used.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> found = compare([Path("runs/prbs")], Path("model.yaml"), report_file=Path("compare.html"))  # doctest: +SKIP
+    >>> print(found.comparison.sentences[0])  # doctest: +SKIP
+    """
+    runs = read_runs(run_files)
+    comparison = comparing.compare(load_model(model_file), runs, options, progress, cancel)
+    report = render_comparison(comparison) if report_file else ""
+    if json_file:
+        write_atomically(json_file, json.dumps(comparing.as_json(comparison), allow_nan=False) + "\n")
+    if report_file:
+        write_atomically(report_file, report)
+    dark = [run.name for run in runs if not excited(run)]
+    return Compared(
+        comparison, tuple(f"{name}: the laser power never changes; it says little of the model" for name in dark)
+    )

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Design the experiment that tells two effects apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import lce_analysis.experiment_design as designing
+from lce_analysis.experiment_design import Design
+from lce_analysis.options import DesignOptions
+from lce_data.files import write_atomically
+from lce_data.progress import CancelToken, Progress, silent
+from lce_model import load_model
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the bench allows, and when two effects count as told apart.
+
+    Parameters
+    ----------
+    search : limits of power [W], temperature [K] and duration [s], and how long to search.
+    plain_separation : distance, in standard deviations of the sensor noise, above which a difference is plain: noise
+        alone exceeds five of them once in two million.
+    """
+
+    search: DesignOptions = field(default_factory=DesignOptions)
+    plain_separation: float = 5.0
+
+
+@dataclass(frozen=True)
+class Designed:
+    """The waveform and what it is worth; ``plain`` says whether the two effects can be told apart with it."""
+
+    design: Design
+    plain: bool
+
+
+DEFAULTS = Options()
+
+
+def design(
+    model_file: Path,
+    between: tuple[str, str],
+    out: Path,
+    options: Options = DEFAULTS,
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+) -> Designed:
+    """Find the waveform that tells two effects apart best, and write it.
+
+    Parameters
+    ----------
+    model_file : as `lce fit` writes it.
+    between : the two effects, names of the library or paths of effect files.
+    out : CSV file to write, with the columns ``time_s,power_w`` at 100 Hz.
+    options : limits of the bench, and how long to search.
+    progress, cancel : hears of the best separation so far; a cancelled search raises Cancelled and writes nothing.
+
+    Returns
+    -------
+    Designed
+        The waveform, and whether it is good enough.
+
+    Raises
+    ------
+    LceError
+        If no waveform within the limits separates the two, or the model or an effect cannot be used.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> found = design(Path("model.yaml"), ("creep", "phase_kinetics"), Path("wave.csv"))  # doctest: +SKIP
+    >>> print(found.design.separation, found.plain)  # doctest: +SKIP
+    """
+    found = designing.design(load_model(model_file), between, options.search, progress, cancel)
+    rows = [f"{t:.2f},{p:.6g}" for t, p in zip(found.time_s, found.power_w, strict=True)]
+    write_atomically(out, "\n".join(["time_s,power_w", *rows]) + "\n")
+    return Designed(found, found.separation > options.plain_separation)

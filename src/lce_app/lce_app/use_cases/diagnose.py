@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Find the physical effect that a model lacks."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import lce_analysis.diagnosis as diagnosing
+from lce_analysis.diagnosis import Diagnosis
+from lce_analysis.identification.homogeneity import outlier_runs
+from lce_analysis.options import DiagnoseOptions
+from lce_app.use_cases.cluster import Cluster
+from lce_data.files import write_atomically
+from lce_data.progress import CancelToken, Progress, silent, watched
+from lce_data.read_runs import read_runs
+from lce_model import load_model
+from lce_model.effects import find, library
+from lce_report.pages.diagnosis import render_diagnosis
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a model is diagnosed.
+
+    Parameters
+    ----------
+    diagnosis : when an effect counts as missing.
+    effects : effect files of the user's own, candidates beside the library.
+    homogeneity : look for runs of another strip by fitting each alone.
+    cluster : where fits run that do not depend on each other.
+    """
+
+    diagnosis: DiagnoseOptions = field(default_factory=DiagnoseOptions)
+    effects: tuple[str, ...] = ()
+    homogeneity: bool = True
+    cluster: Cluster = field(default_factory=Cluster)
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """The diagnosis, and a sentence for each run that looks like another strip."""
+
+    diagnosis: Diagnosis
+    warnings: tuple[str, ...]
+
+
+DEFAULTS = Options()
+
+
+def diagnose(
+    run_files: Sequence[Path],
+    model_file: Path,
+    test_files: Sequence[Path] = (),
+    options: Options = DEFAULTS,
+    json_file: Path | None = None,
+    report_file: Path | None = None,
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+) -> Diagnosed:
+    """Find which effect of the library, if any, a model lacks to explain runs.
+
+    Parameters
+    ----------
+    run_files : runs to learn from: bag folders, MCAP files or CSV files.
+    model_file : as `lce fit` writes it.
+    test_files : runs held out, on which the model is judged before and after.
+    options : when an effect counts as missing, and where to compute.
+    json_file, report_file : the record as JSON, and the evidence as one HTML file; not written if None.
+    progress, cancel : hears of each step; a cancelled diagnosis raises Cancelled and writes nothing.
+
+    Returns
+    -------
+    Diagnosed
+        The verdict with its evidence, and warnings.
+
+    Raises
+    ------
+    LceError
+        If a run, the model or an effect file cannot be used.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> found = diagnose([Path("runs/pulse")], Path("model.yaml"), [Path("runs/prbs")])  # doctest: +SKIP
+    >>> print(found.diagnosis.verdict)  # doctest: +SKIP
+    """
+    progress = watched(progress, cancel)
+    model, runs, test_runs = load_model(model_file), read_runs(run_files), read_runs(test_files)
+    candidates = [*library().values(), *(find(effect) for effect in options.effects)]
+    with options.cluster.used():
+        diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)
+        warnings = outlier_runs(runs, progress) if options.homogeneity else ()
+    report = render_diagnosis(diagnosis, runs, test_runs, options.diagnosis) if report_file else ""
+    if json_file:
+        write_atomically(json_file, json.dumps(diagnosis.as_json(), indent=1) + "\n")
+    if report_file:
+        write_atomically(report_file, report)
+    return Diagnosed(diagnosis, warnings)

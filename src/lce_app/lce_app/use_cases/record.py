@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run experiments on the node graph and record them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from lce_data.progress import CancelToken, Progress, silent, watched
+from lce_experiment import protocols, recording
+from lce_experiment.config import check_power
+from lce_experiment.plan import Plan, folders, seeded
+from lce_experiment.registry import PLAYER
+from lce_experiment.strip import conditions, measured_topics, simulated_strip
+
+
+@dataclass(frozen=True)
+class Options:
+    """The simulated strip, and how its time passes.
+
+    Parameters
+    ----------
+    model : model file of the strip; None for the built-in one.
+    settings : parameters of the strip by TERM.PARAM, in the units of the model; one of an effect adds the effect.
+    seed : of the sensor noise, 0 or more; None for a new one. The runs of a campaign take seed, seed + 1, …
+    fast : simulated time, as quickly as the machine can, instead of real time.
+    """
+
+    model: Path | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+    seed: int | None = None
+    fast: bool = False
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The bag folders that were written, in the order of the protocol."""
+
+    folders: tuple[Path, ...]
+
+
+DEFAULTS = Options()
+
+
+def record(
+    protocol: str,
+    out: Path | None = None,
+    options: Options = DEFAULTS,
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+    finished: Callable[[Path], object] = lambda folder: None,
+) -> Recorded:
+    """Run a protocol, or each of a campaign, on the simulated strip and record it.
+
+    Everything that can be wrong with the request is found before anything is started or written.
+
+    Parameters
+    ----------
+    protocol : a name with options, as ``pulse:amp=0.4,th=20``, a campaign, or a CSV file of a waveform.
+    out : new folder of the recording; of a campaign the folder of them; None for ``runs/TIME_NAME``.
+    options : the strip and its seed, and real or simulated time.
+    progress : hears of the seconds played; its error is NaN.
+    cancel : ends the run as Ctrl-C does: the laser goes to zero, and what was recorded until then is kept.
+    finished : called with each folder when its recording is complete.
+
+    Returns
+    -------
+    Recorded
+        The recordings.
+
+    Raises
+    ------
+    LceError
+        If the protocol, the strip or the folder cannot be used, or a node fails.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> record("pulse:amp=0.4,th=20", Path("runs/pulse"), Options(fast=True))  # doctest: +SKIP
+    """
+    progress = watched(progress, cancel)
+    plans = plan_recordings(protocol, out, options)
+    for plan in plans:
+        recording.record(plan, progress)
+        finished(plan.folder)
+    return Recorded(tuple(plan.folder for plan in plans))
+
+
+def plan_recordings(protocol: str, out: Path | None, options: Options) -> tuple[Plan, ...]:
+    """The runs of a protocol. Raises LceError for everything that can be wrong with them."""
+    waves = protocols.load(protocol)
+    for wave in waves:
+        check_power(wave)
+    strip = simulated_strip(options.model, options.settings)
+    seed = seeded(options.seed)
+    name = protocol if len(waves) > 1 else waves[0].name
+    places = folders(out, name, [wave.name for wave in waves])
+    return tuple(
+        Plan(
+            protocol=wave.text,
+            duration_s=wave.duration_s,
+            folder=folder,
+            model=options.model,
+            settings=options.settings,
+            seed=seed + k,
+            fast=options.fast,
+            conditions=conditions(strip),
+            measured=measured_topics(strip),
+            given={PLAYER.name: {"protocol": wave.text}},
+        )
+        for k, (wave, folder) in enumerate(zip(waves, places, strict=True))
+    )

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The use cases without a command line or a page around them: cancelled work, refused options."""
+
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lce_app.use_cases import cluster, compare, control, design, fit, record, simulate
+from lce_app.use_cases.errors import ContradictoryOptions
+from lce_data.errors import Cancelled, LceError
+from lce_data.progress import CancelToken
+from lce_model import default_model, load_model, save_model
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    save_model(default_model(), tmp_path / "model.yaml")
+    return tmp_path / "model.yaml"
+
+
+@pytest.fixture
+def run(tmp_path: Path, model: Path) -> Path:
+    return simulate.simulate(model, "pulse:th=10,rest=20", tmp_path / "run.csv").file
+
+
+@pytest.mark.parametrize("options", [fit.Options(), record.Options(), control.Options(), design.Options()])
+def test_options_are_frozen(options: object) -> None:
+    with pytest.raises(FrozenInstanceError):
+        options.anything = 1  # type: ignore[attr-defined]
+
+
+def test_a_cancelled_comparison_writes_nothing(tmp_path: Path, run: Path, model: Path) -> None:
+    cancel, report = CancelToken(), tmp_path / "compare.html"
+    cancel.cancel()
+    with pytest.raises(Cancelled):
+        compare.compare([run], model, report_file=report, cancel=cancel)
+    assert not report.exists()
+
+
+def test_a_cancelled_fit_keeps_the_best_values_so_far(tmp_path: Path, run: Path) -> None:
+    cancel, seen = CancelToken(), []
+
+    def progress(label: str, done: int, total: int, rms: float) -> None:
+        seen.append(rms)
+        if len(seen) == 3:
+            cancel.cancel()
+
+    fits = fit.fit([run], tmp_path / "m.yaml", fit.ModelChoice(deformation="none"), progress=progress, cancel=cancel)
+    assert fits.interrupted and len(seen) == 3
+    assert load_model(tmp_path / "m.yaml").thermal == "lumped"
+
+
+def test_a_fit_names_its_files(tmp_path: Path, run: Path) -> None:
+    fits = fit.fit([run], tmp_path / "m.yaml", fit.ModelChoice(deformation="none"), fit.Options(per_run=True))
+    (fitted,) = fits.models
+    assert fitted.file == tmp_path / "m-run.yaml"
+    assert load_model(fitted.file) == fitted.result.model
+    assert fits.warnings == ()
+
+
+def test_a_choice_that_contradicts_its_start_is_refused(tmp_path: Path, run: Path, model: Path) -> None:
+    choice = fit.ModelChoice(deformation="dynamic", start=model)
+    with pytest.raises(ContradictoryOptions, match="deformation dynamic contradicts"):
+        fit.fit([run], tmp_path / "m.yaml", choice)
+
+
+def test_a_simulated_run_is_what_the_sensors_show_without_noise(run: Path, model: Path) -> None:
+    table = np.loadtxt(run, delimiter=",", skiprows=1)
+    again = simulate.simulate(model, "pulse:th=10,rest=20", run, simulate.Options(overwrite=True)).trajectory
+    np.testing.assert_allclose(table[:, 3], again.measured_displacement_m, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: cluster.Cluster("dask"), "belong together"),
+        (lambda: cluster.Cluster("cloud"), "'cloud' is not one of threads, dask"),
+        (lambda: control.Options(mode="triple"), "'triple' is not one of double, single, model"),
+        (lambda: control.Options(hold_s=0.5), r"--hold 0.5: must be within \[1, 3600\] s"),
+    ],
+)
+def test_options_refuse_what_makes_no_sense(make, said) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(LceError, match=said):
+        make()
