@@ -6,6 +6,7 @@ import json
 import re
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from typing import Any
@@ -15,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.compare import compare
-from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE
+from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Unit
 from lce_data.run import Run
 from lce_model import Model
 from lce_report import (
@@ -35,8 +36,10 @@ from lce_report import (
     render,
 )
 from lce_report.figures.axes import title
+from lce_report.figures.before_after import overlays
 from lce_report.figures.errors import error_reductions
 from lce_report.html.arrays import BUCKETS, GAP, LEVELS, Arrays, distinct, visible
+from lce_report.pages.addition import models_tried
 from lce_report.pages.comparison import render_comparison
 
 Floats = NDArray[np.float64]
@@ -238,6 +241,30 @@ def test_error_reductions_by_channel_condition_and_run(strip: Model, recorded: R
     assert isinstance(of_displacement, Bars)
     cooling = list(of_displacement.labels).index("cooling")
     assert of_displacement.groups[1].values[cooling] == pytest.approx(28.0, rel=0.1)  # 40 µm in one run of two
+
+
+def test_a_third_sensor_gets_its_rows_and_figures(strip: Model, recorded: Record) -> None:
+    newton = Unit("N")
+    force = replace(DISPLACEMENT, name="force", symbol="F", unit="N", recorded=newton, display=newton,
+                    difference=Unit("mN", 1e3))  # fmt: skip
+    found = compare(strip, [recorded(duration_s=30.0)])
+    (run,) = found.runs
+    like = replace(run.channels[DISPLACEMENT], channel=force)
+    run = replace(run, channels={**run.channels, force: like})
+    found = replace(found, runs=(run,), shares={**found.shares, force: found.shares[DISPLACEMENT]})
+    text = render_comparison(found)
+    titles = [figure["title"] for figure in json.loads(_Page(text).text["figures"])]
+    assert {"force\u00a0F", "hysteresis loop: F over T", "residual F over dT/dt"} <= set(titles)
+    assert "Squared error of F by run and cycle" in text and "mean residual F [mN]" in text
+    assert len(error_reductions(found, found)) == len(overlays(found, found)[0].blocks) // 2 == 3
+
+
+def test_the_models_tried_have_a_column_for_each_side_and_sensor(strip: Model) -> None:
+    errors = {"temperature_nrmse": 0.0123, "displacement_nrmse": None}
+    entry = {"thermal": "lumped", "deformation": "equilibrium", "effects": ["creep"], "verdict": "confirmed"}
+    table = models_tried(strip.with_values(strip.values, {"history": [{**entry, "train": errors, "test": {}}]}))
+    assert table.head == ("model", "train T", "train d", "test T", "test d", "verdict")
+    assert table.rows == [("lumped + equilibrium + creep", "1.23%", "", "", "", "confirmed")]
 
 
 def test_a_page_that_answers_has_every_sample_and_cells_to_pick() -> None:

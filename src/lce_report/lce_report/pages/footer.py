@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The foot of a report: from which model, data and software it was made."""
 
-from collections.abc import Sequence
-from typing import Final
+from __future__ import annotations
 
-from lce_analysis.options import Drive
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
 from lce_data import __version__
-from lce_data.run import Run
-from lce_model import Model
+
+if TYPE_CHECKING:
+    from lce_analysis.options import Drive
+    from lce_data.run import Run
+    from lce_model import Model
 
 DRIVES: Final[dict[Drive, str]] = {
     "model": "the model's own temperature drives its displacement",

@@ -11,7 +11,7 @@ import numpy as np
 
 from lce_control.tuning.linear import OMEGA, Complex
 from lce_control.tuning.requirements import Requirements, Step, Tuned
-from lce_control.tuning.tasks import CHART_OFF_K, ModelBench
+from lce_control.tuning.tasks import TuningPlant
 from lce_report.blocks import Axis, Curve, Grid, Lines, Section, Table
 from lce_report.figures.axes import TIME
 from lce_report.html.render import render
@@ -32,7 +32,7 @@ NOTES: Final = (
     "Figures are those of the worst step; ITAE is ∫ t |e| dt / ∫ t dt, e in fractions of the step. The margins are "
     "those of the loops linearised at the power that holds the middle target, where displacement over temperature "
     "is steepest, samples counted as old as they are; what the controller extrapolates is left out. On the model "
-    f"the double loop has a feed-forward that is {CHART_OFF_K:g} K wrong, up and down in turn."
+    "the double loop has a feed-forward that is {error_k:g} K wrong, up and down in turn."
 )
 FREQUENCY: Final = Axis("lg ω", "lg rad/s")
 
@@ -58,14 +58,14 @@ def rows(found: Sequence[Tuned]) -> list[tuple[str, ...]]:
     return lines
 
 
-def render_tuning(found: Sequence[Tuned], wanted: Requirements, bench: ModelBench, about: Sequence[str]) -> str:
+def render_tuning(found: Sequence[Tuned], wanted: Requirements, plant: TuningPlant, about: Sequence[str]) -> str:
     """Tuned controllers as one self-contained HTML file.
 
     Parameters
     ----------
     found : the inner loop alone, the double loop and the single one, in this order.
     wanted : what was required of them.
-    bench : the model on which they were tuned.
+    plant : the model on which they were tuned.
     about : lines for the foot of the page.
 
     Returns
@@ -73,13 +73,13 @@ def render_tuning(found: Sequence[Tuned], wanted: Requirements, bench: ModelBenc
     str
         The text of the file.
     """
-    targets = ", ".join(f"{1e3 * target_m:.2f}" for target_m in bench.targets_m)
+    targets = ", ".join(f"{1e3 * target_m:.2f}" for target_m in plant.targets_m)
     answer = (
         f"Gains of the double and the single loop, tuned on steps to {targets} mm.",
         f"Required: {', '.join(_required(wanted))}.",
     )
     sections = [
-        Section("Figures", (Table("", HEAD, rows(found)), NOTES)),
+        Section("Figures", (Table("", HEAD, rows(found)), NOTES.format(error_k=plant.options.feedforward_error_k))),
         Section("Gains", (Table("", ("node", "parameter", "value"), _gains(found)),)),
         Section("Margins", (Table("", ("loop", "gain [dB]", "phase [°]", "crossover [rad/s]"), _margins(found)),)),
     ]
