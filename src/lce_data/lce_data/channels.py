@@ -6,14 +6,15 @@ Files, topics, fits, reports and the page ask a channel for what they need. A ne
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from lce_data.units import KELVIN
 
-Value = TypeVar("Value", float, NDArray[np.float64])
+if TYPE_CHECKING:  # nodes go by channel too, and most of them start without NumPy
+    import numpy as np
+    from numpy.typing import NDArray
+
+Value = TypeVar("Value", float, "NDArray[np.float64]")
 
 
 @dataclass(frozen=True)
