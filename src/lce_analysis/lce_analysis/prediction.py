@@ -16,7 +16,7 @@ from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
 from lce_model import Model
-from lce_model.kernel.compose import RECORDED
+from lce_model.kernel.generate import RECORDED
 
 Floats = NDArray[np.float64]
 

@@ -31,7 +31,7 @@ class InverseChart:
     """Numerical chart of the major loop, read backwards.
 
     The strip is driven from ``coldest_k`` to ``hottest_k`` and back; each branch gives a temperature for a
-    displacement, and ``middle`` the mean of the two, as the seed's feed-forward controller takes it.
+    displacement, and ``middle`` the mean of the two, as the feed-forward controller of Wu (2021) takes it.
 
     Attributes
     ----------

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_data.errors import LceError
-from lce_model.kernel.compose import RECORDED, SIGNAL_INDEX
+from lce_model.kernel.compose import SIGNAL_INDEX
+from lce_model.kernel.generate import RECORDED
 from lce_model.model import Floats, Model
 
 NO_DRIVE: Floats = np.empty(0)
@@ -26,7 +27,7 @@ class Trajectory:
     Attributes
     ----------
     time_s : (n,) [s].
-    signals : the signals of :data:`lce_model.kernel.compose.RECORDED` by name, each (n,) in the unit of
+    signals : the signals of :data:`lce_model.kernel.generate.RECORDED` by name, each (n,) in the unit of
         :data:`lce_model.terms.SIGNALS`; NaN where the model has no such stage.
     """
 

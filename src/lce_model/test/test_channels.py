@@ -11,7 +11,7 @@ import pytest
 from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_model import Stepper, default_model, simulate
-from lce_model.kernel.compose import RECORDED
+from lce_model.kernel.generate import RECORDED
 from lce_model.terms import SIGNALS
 
 TIME = np.arange(0.0, 20.0, 0.01)

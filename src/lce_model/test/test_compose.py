@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from lce_data.errors import LceError
-from lce_model.kernel.compose import RECORDED, compile_terms
+from lce_model.kernel.compose import compile_terms
+from lce_model.kernel.generate import RECORDED
 from lce_model.library import THERMAL, terms
 from lce_model.terms import Parameter, Term
 

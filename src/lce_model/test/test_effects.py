@@ -13,7 +13,7 @@ from lce_data.errors import LceError
 from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, Trajectory, default_model, simulate
 from lce_model.effects import Effect, find, library
-from lce_model.kernel.compose import RECORDED
+from lce_model.kernel.generate import RECORDED
 from lce_model.terms import SIGNALS, STAGES
 
 EFFECTS = tuple(library().values())

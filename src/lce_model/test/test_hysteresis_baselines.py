@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The baselines without physics: Prandtl–Ishlinskii and its inverse, Bouc–Wen."""
+"""The baselines without physics: Prandtl–Ishlinskii and Bouc–Wen."""
 
 from itertools import pairwise
 
@@ -8,10 +8,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from lce_data.errors import LceError
 from lce_model import Model, default_model, simulate
 from lce_model.deformation import bouc_wen
-from lce_model.deformation.prandtl_ishlinskii import Inverse
 from lce_model.inverse import InverseChart
 
 Floats = NDArray[np.float64]
@@ -20,13 +18,6 @@ Floats = NDArray[np.float64]
 def stretch(model: Model, path_k: Floats) -> Floats:
     d = simulate(model, np.arange(path_k.size) * 0.01, None, temperature_k=path_k).displacement_m
     return 1.0 - d / model["strip.length"]
-
-
-def wander(low_k: float, high_k: float) -> Floats:
-    """Up and down between growing and shrinking extremes."""
-    time = np.arange(0.0, 60.0, 0.05)
-    swing = np.sin(2.0 * np.pi * time / 12.0 - np.pi / 2.0) * np.sin(np.pi * time / 61.0)
-    return low_k + (high_k - low_k) * 0.5 * (1.0 + swing) * np.minimum(time / 3.0, 1.0)
 
 
 @pytest.mark.parametrize("name", ["prandtl_ishlinskii", "bouc_wen"])
@@ -51,22 +42,7 @@ def test_a_minor_loop_of_plays_closes_exactly() -> None:
     assert path_stretch[-1] == pytest.approx(path_stretch[-401], abs=1e-14)
 
 
-def test_the_inverse_leads_the_model_along_the_path() -> None:
-    model = default_model("none", "prandtl_ishlinskii").set({"prandtl_ishlinskii.decay": 1.5})
-    wanted = stretch(model, wander(301.15, 345.0))
-    parameters = {v.name: v.value for v in model.values if v.term == "prandtl_ishlinskii"}
-    found = Inverse(parameters).temperature_k(wanted)
-    np.testing.assert_allclose(found, wander(301.15, 345.0), atol=1e-6)
-    np.testing.assert_allclose(stretch(model, found), wanted, atol=1e-9)
-
-
-def test_a_stretch_out_of_reach_is_refused() -> None:
-    parameters = {v.name: v.value for v in default_model("none", "prandtl_ishlinskii").values}
-    with pytest.raises(LceError, match="no temperature between 200 and 600 K"):
-        Inverse(parameters).temperature_k(np.array([1.0, 0.2]))
-
-
-def test_the_chart_of_the_feedforward_reads_it_too() -> None:
+def test_the_inverse_chart_reads_a_baseline_too() -> None:
     model = default_model("none", "prandtl_ishlinskii")
     chart = InverseChart(model)
     path = np.linspace(290.0, chart.temperature_k(0.002, "heating"), 4000)

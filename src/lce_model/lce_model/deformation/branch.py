@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which branch the strip is on, and how far its temperature path has advanced along it.
 
-The seed's models are functions of the temperature and of its direction. A measured temperature is noisy, so a reversal
-counts only once it exceeds ``deadband``; with ``deadband = 0`` (a simulated temperature) every change of sign counts.
+The models of Wu (2021) are functions of the temperature and of its direction. A measured temperature is noisy, so a
+reversal counts only once it exceeds ``deadband``; with ``deadband = 0`` (a simulated temperature) every change of sign
+counts.
 """
 
 from lce_model.terms import Term

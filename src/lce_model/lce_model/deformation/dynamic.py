@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Phase transition on its way to equilibrium: the seed's chapter 5, (5.1)–(5.9).
+"""Phase transition on its way to equilibrium: Wu (2021), chapter 5, (5.1)–(5.9).
 
     dx = [w13 (1 - x) - w31 x] |dT|
 
@@ -16,6 +16,7 @@ left at the boundary. Where an effect spreads T* over domains, each has its own 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -29,20 +30,31 @@ from lce_model.terms import Parameter, Term
 Floats = NDArray[np.float64]
 
 
+class Branch(NamedTuple):
+    """The coefficients of a branch, as in (5.9)."""
+
+    a0: float
+    b: float
+    c: float
+    cf1: float
+    cf2: float
+    cr1: float
+    cr2: float
+
+
 @register_jitable
-def _rates(
-    s: float, temperature: float, a0: float, b: float, c: float, f1: float, f2: float, r1: float, r2: float
-) -> tuple[float, float]:
+def _rates(s: float, temperature: float, branch: Branch) -> tuple[float, float]:
     """(w13, w31) [1/K] at the distance ``s`` = √(T1 - T) below T1."""
     # B² - 4 A C of (4.3) is 4 A0 C (T1 - T); at an extremum of F, (4.1) shrinks to Q³ (B/6 - C Q/4).
-    root = 2.0 * math.sqrt(a0 * c) * s
+    b, c = branch.b, branch.c
+    root = 2.0 * math.sqrt(branch.a0 * c) * s
     q2, q3 = max(b - root, 0.0) / (2.0 * c), (b + root) / (2.0 * c)
     barrier = q2 * q2 * q2 * (b / 6.0 - 0.25 * c * q2)
     depth = q3 * q3 * q3 * (b / 6.0 - 0.25 * c * q3)
     thermal = 1.0 / (BOLTZMANN * temperature)
     gap = q3 - q2
-    w13 = (f1 + f2 * gap) * gap * math.exp(-barrier * thermal)
-    w31 = (r1 + r2 * q2) * q2 * math.exp((depth - barrier) * thermal)
+    w13 = (branch.cf1 + branch.cf2 * gap) * gap * math.exp(-barrier * thermal)
+    w31 = (branch.cr1 + branch.cr2 * q2) * q2 * math.exp((depth - barrier) * thermal)
     return w13, w31
 
 
@@ -70,19 +82,7 @@ def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, 
 
 
 @register_jitable
-def _within(
-    x: float,
-    t_from: float,
-    t_to: float,
-    t1: float,
-    a0: float,
-    b: float,
-    c: float,
-    f1: float,
-    f2: float,
-    r1: float,
-    r2: float,
-) -> float:
+def _within(x: float, t_from: float, t_to: float, t1: float, branch: Branch) -> float:
     """x after a path below T1 that does not cross T*, where the rates have a corner.
 
     The rates have a root of T1 - T in them, so the path is walked in s = √(T1 - T), in which they are smooth.
@@ -93,12 +93,12 @@ def _within(
     # A step that all but reaches T1 has most of its change of s there.
     pieces = 4 if 4.0 * min(s_from, s_to) < max(s_from, s_to) else 1
     ds = (s_to - s_from) / pieces
-    f_0, r_0 = _rates(s_from, t_from, a0, b, c, f1, f2, r1, r2)
+    f_0, r_0 = _rates(s_from, t_from, branch)
     for i in range(pieces):
         s0 = s_from + i * ds
         sm, s1 = s0 + 0.5 * ds, s0 + ds
-        f_m, r_m = _rates(sm, t1 - sm * sm, a0, b, c, f1, f2, r1, r2)
-        f_1, r_1 = _rates(s1, t1 - s1 * s1, a0, b, c, f1, f2, r1, r2)
+        f_m, r_m = _rates(sm, t1 - sm * sm, branch)
+        f_1, r_1 = _rates(s1, t1 - s1 * s1, branch)
         # High barriers underflow to a rate of zero: then nothing moves, and 0/0 must not say otherwise.
         k0, km, k1 = max(f_0 + r_0, 1e-300), max(f_m + r_m, 1e-300), max(f_1 + r_1, 1e-300)
         x = _relax(x, 2.0 * abs(ds), s0 * k0, sm * km, s1 * k1, f_0 / k0, f_m / km, f_1 / k1)
@@ -107,31 +107,19 @@ def _within(
 
 
 @register_jitable
-def _advance(
-    x: float,
-    t_from: float,
-    t_to: float,
-    a0: float,
-    b: float,
-    c: float,
-    t_star: float,
-    f1: float,
-    f2: float,
-    r1: float,
-    r2: float,
-) -> float:
+def _advance(x: float, t_from: float, t_to: float, t_star: float, branch: Branch) -> float:
     """x after the path t_from → t_to, in pieces that end at T* and T1."""
-    t1 = clearing_temperature(a0, b, c, t_star)
+    t1 = clearing_temperature(branch.a0, branch.b, branch.c, t_star)
     below_from, below_to = min(t_from, t1), min(t_to, t1)
     beyond = abs(t_to - t_from) - abs(below_to - below_from)
-    q = 0.5 * b / c
-    loss = math.exp(-(r1 + r2 * q) * q * beyond) if beyond > 0.0 else 1.0
+    q = 0.5 * branch.b / branch.c
+    loss = math.exp(-(branch.cr1 + branch.cr2 * q) * q * beyond) if beyond > 0.0 else 1.0
     if t_to < t_from:
         x *= loss
     if (below_from - t_star) * (below_to - t_star) < 0.0:
-        x = _within(x, below_from, t_star, t1, a0, b, c, f1, f2, r1, r2)
+        x = _within(x, below_from, t_star, t1, branch)
         below_from = t_star
-    x = _within(x, below_from, below_to, t1, a0, b, c, f1, f2, r1, r2)
+    x = _within(x, below_from, below_to, t1, branch)
     return x * loss if t_to > t_from else x
 
 
@@ -139,7 +127,7 @@ def _advance(
 def _seen(
     temperature: float, x: Floats, a0: float, b: float, c: float, t_star: float, spread: float
 ) -> tuple[float, float]:
-    """(x, Q3) of the strip, whose order is the mean over the domains; one stands for all where they are alike."""
+    """(x, Q3) of the strip: its order is the mean over the domains. Without a spread, the first stands for all."""
     if spread == 0.0:
         return x[0], wells(temperature, a0, b, c, t_star)[1]
     order = possible = 0.0
@@ -193,12 +181,12 @@ def step(
     cf2_f: float,
 ) -> tuple[float, float, float]:
     """(x, Q3, Q̄0) after the temperature path of this step."""
-    rising = direction > 0.0
-    a0, b, c = (a0_r, b_r, c_r) if rising else (a0_f, b_f, c_f)
-    f1, f2, r1, r2 = (cf1_r, 0.0, cr1_r, cr2_r) if rising else (cf1_f, cf2_f, cr1_f, 0.0)
+    heating = Branch(a0_r, b_r, c_r, cf1_r, 0.0, cr1_r, cr2_r)
+    cooling = Branch(a0_f, b_f, c_f, cf1_f, cf2_f, cr1_f, 0.0)
+    branch = heating if direction > 0.0 else cooling
     for i in range(DOMAINS if transition_spread > 0.0 else 1):
-        x[i] = _advance(x[i], path_from, path_to, a0, b, c, t_star + transition_spread * NODES[i], f1, f2, r1, r2)
-    fraction, q3 = _seen(order_temperature, x, a0, b, c, t_star, transition_spread)
+        x[i] = _advance(x[i], path_from, path_to, t_star + transition_spread * NODES[i], branch)
+    fraction, q3 = _seen(order_temperature, x, branch.a0, branch.b, branch.c, t_star, transition_spread)
     return fraction, q3, reference_order
 
 

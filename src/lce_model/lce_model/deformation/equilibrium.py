@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Phase transition in dynamic equilibrium: the seed's chapter 4, (4.1)–(4.14).
+"""Phase transition in dynamic equilibrium: Wu (2021), chapter 4, (4.1)–(4.14).
 
 The share x of molecules in the nematic well follows from detailed balance, x = W13/(W13 + W31) (4.10), with Boltzmann
 rates over the barriers of the Landau–de Gennes energy (4.11). The well widths are used as the prose and (5.2) have
@@ -20,7 +20,9 @@ from lce_model.terms import Parameter, Term
 
 
 @register_jitable
-def _settled(temperature: float, a0: float, b: float, c: float, t_star: float, ratio: float) -> tuple[float, float]:
+def _in_equilibrium(
+    temperature: float, a0: float, b: float, c: float, t_star: float, ratio: float
+) -> tuple[float, float]:
     """(x, Q3) in equilibrium, with the ratio a3/a1."""
     q2, q3 = wells(temperature, a0, b, c, t_star)
     if temperature <= t_star:
@@ -56,11 +58,11 @@ def step(
     t_star = t_star_r if rising else t_star_c
     ratio = a3_r / a1_r if rising else a3_c / a1_c
     if transition_spread == 0.0:
-        x, q3 = _settled(order_temperature, a0, b, c, t_star, ratio)
+        x, q3 = _in_equilibrium(order_temperature, a0, b, c, t_star, ratio)
         return x, q3, q0
     order = possible = 0.0
     for z in NODES:
-        x, q3 = _settled(order_temperature, a0, b, c, t_star + transition_spread * z, ratio)
+        x, q3 = _in_equilibrium(order_temperature, a0, b, c, t_star + transition_spread * z, ratio)
         order += x * q3
         possible += q3
     return order / possible, possible / DOMAINS, q0

@@ -3,7 +3,7 @@
 
 Domains, whose molecules turn together, sit in the nematic or in the isotropic well of the Landau–de Gennes energy and
 jump over the barrier between them at a rate per *time*, with the barriers of (4.6) times the n_c molecules of a domain
-and the widths of (4.12) as corrected, a1 = a3:
+and the widths of (4.12) as corrected, a1 = a3. This is (K1); equations (K…) are those of docs/kinetic.md.
 
     dx/dt = ν [(1 - x) w13 - x w31],   w13 = (y3 - y2)² e^(-n_c ΔE21/kT),   w31 = y2² e^(-n_c ΔE23/kT)
 
@@ -12,7 +12,7 @@ its end, which grows while the strip is warm. Those of one width and one place t
 a *front* p of their T_c and isotropic below it, and the equation of x becomes one of the front (docs/kinetic.md), with
 the slopes of the barriers at T_c. Where u = T - p > 0,
 
-    dp/dt = κ w (1 - e^(-u/κ)),   w = e^((u - h)/κ + γ) per second,   κ = 2 (T1 - T*)/(27 ε)
+    dp/dt = κ w (1 - e^(-u/κ)),   w = e^((u - h)/κ + γ) per second,   κ = 2 (T1 - T*)/(27 ε)        (K4), (K6)
 
 and where u < 0 the same with 3κ, 3h and the other sign; h, the half_width of the domains, stands for ν. It is solved in
 closed form over a ramp of T. Nothing depends on the direction.
@@ -92,7 +92,7 @@ def _above(z: float) -> tuple[float, float]:
 
 @register_jitable(fastmath=_SUMS)
 def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: float) -> tuple[float, float]:
-    """(Σ x y3, Σ y3), y3 at the mean T_c of the nematic domains of a front; temperatures in K above ``t_ref``."""
+    """(K7): (Σ x y3, Σ y3), with y3 at the mean T_c of the nematic domains of a front; in K above ``t_ref``."""
     nematic = possible = 0.0
     per_spread, per_span = 1.0 / spread, 1.0 / span
     for i in range(FRONTS):
@@ -106,10 +106,10 @@ def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: f
 
 @register_jitable
 def _deficit(deficit: float, before: float, excess: float, dt: float, cold_end: float, cold_tau: float) -> float:
-    """How much of its warmth the clamp takes from the strip, E [K] in the mean, as the mean goes to ``excess``.
+    """How much colder the clamp makes the mean of the strip, E [K], after the mean has gone to ``excess``.
 
-    dE²/dt = 2/τ (c² θ² - E²), θ = |excess| + E far from the clamp: the heat balance of a layer whose deficit falls off
-    exponentially. Solved for the mean of θ² over the ramp, with the E before it.
+    (K5): dE²/dt = 2/τ (c² θ² - E²), with θ = |excess| + E far from the clamp. It is the heat balance of a layer whose
+    deficit falls off exponentially, solved for the mean of θ² over the step, with the E before it.
     """
     a, b = abs(before) + deficit, abs(excess) + deficit
     goal = cold_end * cold_end * (a * a + a * b + b * b) / 3.0
@@ -118,7 +118,7 @@ def _deficit(deficit: float, before: float, excess: float, dt: float, cold_end: 
 
 @register_jitable(fastmath=_SUMS)
 def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
-    """Bring the places of the fronts from their last temperatures to those whose mean is ``excess``; by how much.
+    """Set the temperatures ``here`` of the fronts so that their mean is ``excess``, and ``change`` since the last step.
 
     All in K above ``t_ref``.
     """
@@ -135,41 +135,46 @@ def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
 
 
 @register_jitable(fastmath=_PRODUCTS)
-def _turn(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: Floats, dt: float, kappa: float) -> None:
-    """Move the fronts along a ramp of their temperatures, by ``change`` to ``here``; all in K above ``t_ref``.
+def _move(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: Floats, dt: float, kappa: float) -> None:
+    """Move the fronts p while their temperatures T go straight by ``change`` to ``here``; all in K above ``t_ref``.
 
-    e^(-u/κ) obeys a linear equation on each side of u = 0; a ramp across the front counts for the side on which it
-    ends. ``delay`` is h/κ - γ, ``at_rest`` w(0) in 1/s. Free of branches, so that several fronts go at once.
+    (K9) of docs/kinetic.md: p moves by σ κ_σ ln(e^(-w0 dt) + w0 dt e^v (1 - e^-a)/a). ``delay`` is h/κ - γ, and
+    ``at_rest`` is w0 = e^-delay [1/s]. A step in which T crosses p counts for the side on which it ends. There are no
+    branches in the loop, so that the compiler moves several fronts at once.
     """
     per_kappa = 1.0 / kappa
     for i in range(FRONTS):
         u = (here[i] - front[i]) * per_kappa
-        side = 1.0 if u >= 0.0 else -1.0 / COOLING
-        ahead = u * side
-        waited = dt * at_rest[i]
-        along = max(waited + change[i] * per_kappa * side, -_MOST)
-        mean = 1.0 - 0.5 * along if abs(along) < 1e-5 else (1.0 - _boltzmann(along)) / along
-        beyond = max(ahead - delay[i] - _MOST, 0.0)
-        gain = dt * _boltzmann(max(delay[i] - ahead, -_MOST)) * mean + _boltzmann(waited) - 1.0
-        # ln(1 + gain), by its 32nd root.
+        # σ κ/κ_σ: the barrier of the side that T is on.
+        per_side = 1.0 if u >= 0.0 else -1.0 / COOLING
+        v = u * per_side
+        w0_dt = dt * at_rest[i]
+        a = max(w0_dt + change[i] * per_kappa * per_side, -_MOST)
+        mean = 1.0 - 0.5 * a if abs(a) < 1e-5 else (1.0 - _boltzmann(a)) / a
+        beyond = max(v - delay[i] - _MOST, 0.0)
+        gain = dt * _boltzmann(max(delay[i] - v, -_MOST)) * mean + _boltzmann(w0_dt) - 1.0
+        # ln(1 + gain) = 32 ln(root) = 64 artanh(t), as a series in t.
         root = math.sqrt(math.sqrt(math.sqrt(math.sqrt(math.sqrt(1.0 + gain)))))
         t = (root - 1.0) / (root + 1.0)
-        moved = 64.0 * t * (1.0 + t * t * (1 / 3 + t * t * (1 / 5 + t * t * (1 / 7))))
-        front[i] += (beyond + moved) * kappa / side
+        logarithm = 64.0 * t * (1.0 + t * t * (1 / 3 + t * t * (1 / 5 + t * t * (1 / 7))))
+        front[i] += (beyond + logarithm) * kappa / per_side
 
 
 @register_jitable
-def _settle(front: Floats, here: Floats, delay: Floats, kappa: float) -> None:
-    """The fronts in a strip that came from above and has been at rest since."""
+def _equilibrate(front: Floats, here: Floats, delay: Floats, kappa: float) -> None:
+    """Put the fronts where they are after ``_REST_S`` at rest in a strip that was cooled from above: (K6) with σ = -1.
+
+    With dT = 0 it is solved by e^-v = 1 - e^(-w0 t), starting from v → ∞.
+    """
     for i in range(FRONTS):
         lasts = delay[i] - math.log(_REST_S)
-        left = lasts if lasts > 30.0 else -math.log(-math.expm1(-math.exp(-lasts)))
-        front[i] = here[i] + COOLING * kappa * left
+        v = lasts if lasts > 30.0 else -math.log(-math.expm1(-math.exp(-lasts)))
+        front[i] = here[i] + COOLING * kappa * v
 
 
 @register_jitable
 def _kappa(span: float, barrier: float) -> float:
-    """κ [K]: the rate on heating grows e-fold over it."""
+    """κ [K] of (K4): the rate on heating grows e-fold over it."""
     return 2.0 / 27.0 * span / barrier
 
 
@@ -200,13 +205,13 @@ def start(
         delay[i] = width / kappa - _GAMMA
         at_rest[i] = math.exp(-min(delay[i], 700.0))
         here[i] = 0.0
-    _settle(front, here, delay, kappa)
+    _equilibrate(front, here, delay, kappa)
     reference, possible = _nematic(front, centre, here, spread, span)
     reference = max(reference, 1e-6 * possible)
     excess = order_temperature - t_ref
     deficit = abs(excess) * cold_end / (1.0 - cold_end)
     _warm(here, change, excess, deficit)
-    _settle(front, here, delay, kappa)
+    _equilibrate(front, here, delay, kappa)
     nematic, possible = _nematic(front, centre, here, spread, span)
     return excess, deficit, reference, nematic / possible, possible / reference, 1.0
 
@@ -235,7 +240,7 @@ def step(
     excess = order_temperature - t_ref
     deficit = _deficit(deficit, before, excess, dt, cold_end, cold_tau)
     _warm(here, change, excess, deficit)
-    _turn(front, here, change, delay, at_rest, dt, _kappa(span, barrier))
+    _move(front, here, change, delay, at_rest, dt, _kappa(span, barrier))
     nematic, possible = _nematic(front, centre, here, math.hypot(spread, transition_spread), span)
     return excess, deficit, reference, nematic / possible, possible / reference, 1.0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generalised Prandtl–Ishlinskii model: a baseline without physics, and its analytic inverse.
+"""Generalised Prandtl–Ishlinskii model: a baseline without physics.
 
 A weighted sum of play operators on an envelope γ of the temperature (Al Janaideh, Rakheja & Su, IEEE/ASME Trans.
 Mechatronics 16, 2011, 734):
@@ -11,20 +11,17 @@ with Σ p_j = 1, and λ = 1 at rest at ``t_ref``, cooled from above. Rate-indepe
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from lce_data.errors import LceError
 from lce_model.terms import Parameter, Term
 
 Floats = NDArray[np.float64]
 
 PLAYS = 8
 """Thresholds above zero; the first operator, of threshold zero, is the envelope itself."""
-COLDEST_K, HOTTEST_K = 200.0, 600.0
 
 
 @register_jitable
@@ -111,46 +108,3 @@ PRANDTL_ISHLINSKII = Term(
     start=start,
     step=step,
 )
-
-
-@dataclass(frozen=True)
-class Inverse:
-    """Analytic inverse of the model: temperatures whose stretch follows a given path.
-
-    The inverse of a sum of plays is a sum of plays (Kuhnen, Eur. J. Control 9, 2003, 407): thresholds, weights and
-    starts follow in closed form. ``parameters`` are those of the term, by name.
-    """
-
-    parameters: dict[str, float]
-
-    def temperature_k(self, stretch: Floats) -> Floats:
-        """Temperatures (n,) [K] for λ (n,), beginning at rest, cooled, at the temperature of the first λ."""
-        p = self.parameters
-        r = p["threshold"] * np.arange(PLAYS + 1) / PLAYS
-        w = np.exp(-p["decay"] * np.arange(PLAYS + 1) / PLAYS)
-        w /= w.sum()
-        up_to = np.cumsum(w)
-        thresholds = up_to * r - np.cumsum(w * r)
-        weights = np.append(1.0 / w[0], -w[1:] / (up_to[1:] * up_to[:-1]))
-        y = self._envelope(p["t_ref"]) + float(w @ r) + (1.0 - np.asarray(stretch)) / p["reach"]
-        z = y[0] + thresholds
-        pushed = np.empty_like(y)
-        for i, here in enumerate(y):
-            z = np.maximum(here - thresholds, np.minimum(here + thresholds, z))
-            pushed[i] = weights @ z
-        return self._undone(pushed)
-
-    def _envelope(self, temperature: float) -> float:
-        return envelope(temperature, *(self.parameters[k] for k in ("t_mid", "width", "slope")))
-
-    def _undone(self, pushed: Floats) -> Floats:
-        """γ backwards, by bisection; LceError where no temperature reaches."""
-        low, high = np.full_like(pushed, COLDEST_K), np.full_like(pushed, HOTTEST_K)
-        if pushed.min() < self._envelope(COLDEST_K) or pushed.max() > self._envelope(HOTTEST_K):
-            raise LceError(f"no temperature between {COLDEST_K:g} and {HOTTEST_K:g} K gives such a stretch")
-        p = self.parameters
-        for _ in range(50):
-            middle = 0.5 * (low + high)
-            step = 0.5 + 0.5 * np.tanh((middle - p["t_mid"]) / p["width"]) + p["slope"] * (middle - p["t_mid"])
-            low, high = np.where(step < pushed, middle, low), np.where(step < pushed, high, middle)
-        return 0.5 * (low + high)
