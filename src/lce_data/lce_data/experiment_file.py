@@ -37,15 +37,15 @@ class Conditions(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
+    ambient_temperature_c, ambient_c : temperature of the surroundings; the simulated bench writes the first.
     strip_length_m : length of the strip between its clamps, cold.
-    ambient_c, ambient_temperature_c : temperature of the surroundings; the simulated bench writes the second.
     load_n : force on the strip.
     other : free notes.
     """
 
+    ambient_temperature_c: float | None = None
     strip_length_m: Annotated[float, Meta(gt=0)] | None = None
     ambient_c: float | None = None
-    ambient_temperature_c: float | None = None
     load_n: float | None = None
     specimen: str | int | None = None
     day: str | int | None = None

@@ -26,14 +26,16 @@ def silent(label: str, done: int, total: int, rms: float) -> None:
 class CancelToken:
     """A request to stop, set by one thread and seen by another.
 
-    Example
-    -------
+    Examples
+    --------
     >>> token = CancelToken()
     >>> progress = token.watching(silent)
     >>> token.cancel()
-    >>> progress("fit", 1, 10, 2.0)
-    Traceback (most recent call last):
-    lce_data.errors.Cancelled: cancelled
+    >>> try:
+    ...     progress("fit", 1, 10, 2.0)
+    ... except Cancelled as reason:
+    ...     print(reason)
+    cancelled
     """
 
     def __init__(self) -> None:

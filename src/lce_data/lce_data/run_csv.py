@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 
 COLUMNS: Final = ("time_s", *(channel.column for channel in CHANNELS))
 
-_FORMAT: Final = {TEMPERATURE: ".6g", DISPLACEMENT: ".9e"}
-"""How a value [recorded unit] is written; others with nine digits, as the time."""
+_FORMAT: Final = {TEMPERATURE: ".6f", DISPLACEMENT: ".9e"}
+"""Format of a value [recorded unit]; other channels and the time have nine digits."""
 
 
 def write_run_csv(path: Path, time_s: Floats, values: Mapping[Channel, Floats]) -> None:
