@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the modes of control are put to: targets, trajectories, disturbances, and a strip that is not the model."""
+"""Cases for the modes of control: targets, trajectories, disturbances, and a strip that differs from the model."""
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -10,9 +10,9 @@ from typing import Any, Final
 import numpy as np
 import yaml
 from numpy.typing import NDArray
+from reference_controllers import DoubleLoop, ReferenceController, SingleLoop
 
-from lce_control.followers import DoubleLoop, Follower, SingleLoop
-from lce_control.loops import Loop, OuterLoop
+from lce_control.cascade import Loop, OuterLoop
 from lce_control.model_control import ModelController
 from lce_control.nodes import inner_controller_node, outer_controller_node, single_controller_node
 from lce_control.pid import Gains, Limits
@@ -26,14 +26,20 @@ Floats = NDArray[np.float64]
 MODES: Final = ("single", "double", "model")
 MAX_POWER_W: Final = 2.0
 STREAM_S: Final = 0.04
-"""A trajectory is a new target in every 40 ms."""
+"""A trajectory is a new target every 40 ms."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """Targets [m], each set at its time [s], on a strip: `settings` are what differs from the model that is known.
+    """Targets on a strip.
 
-    From each time of `changes` on the strip has other parameters, by name.
+    Parameters
+    ----------
+    name : of the case.
+    targets : pairs of time [s] and target [m].
+    duration_s : of the whole case [s].
+    settings : parameters of the strip that differ from the model that the controllers know, by name.
+    changes : from each time [s] on, the strip has other parameters, by name: a disturbance.
     """
 
     name: str
@@ -55,7 +61,7 @@ def steps(name: str, targets_mm: tuple[float, ...], hold_s: float = 60.0, **othe
 
 
 def trajectory(name: str, target_m: Callable[[Floats], Floats], duration_s: float) -> Case:
-    """A target that moves, set anew in every STREAM_S."""
+    """A target that moves, set anew every STREAM_S."""
     time_s = np.arange(0.0, duration_s, STREAM_S)
     return Case(name, tuple(zip(time_s.tolist(), target_m(time_s).tolist(), strict=True)), duration_s)
 
@@ -66,7 +72,7 @@ def known() -> Model:
     return load_model(config_file("models/strip.yaml"))
 
 
-def follower(mode: str, model: Model) -> Follower:
+def controller(mode: str, model: Model) -> ReferenceController:
     """The controller of a mode with the parameters that its nodes have under config/control.yaml."""
     power = Limits(0.0, MAX_POWER_W)
     if mode == "model":
@@ -99,7 +105,7 @@ def to_kelvin(celsius: float) -> float:
 
 
 def play(case: Case, mode: str, seed: int) -> ClosedLoop:
-    """A case under a mode of control, or under "limit": the true strip looked at, everything known."""
+    """A case under a mode of control, or under "limit": the controller knows the true state of the strip."""
     plant = known().set(case.settings)
     changes = [(t_s, plant.set(values)) for t_s, values in case.changes]
     strip = Stepper(plant)
@@ -115,7 +121,7 @@ def play(case: Case, mode: str, seed: int) -> ClosedLoop:
             case.duration_s,
             changes=changes,
         )
-    step = follower(mode, known())
+    step = controller(mode, known())
     return run(
         strip,
         lambda t, displacement, temperature: step(t, target_m[round(t / PERIOD_S)], displacement, temperature),
@@ -126,7 +132,7 @@ def play(case: Case, mode: str, seed: int) -> ClosedLoop:
 
 
 def _rates(case: Case, size: int) -> list[float]:
-    """Rate of the target [m/s] in each period: none where it does not move as a stream."""
+    """Rate of the target in each period [m/s]; 0 for steps."""
     times, targets = np.array(case.targets).T
     if times.size < 2 or np.diff(times).max() > STREAM_S + 1e-9:
         return [0.0] * size

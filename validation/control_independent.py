@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from comparison import campaign
-from control_cases import MAX_POWER_W, MODES, PERIOD_S, follower
+from control_cases import MAX_POWER_W, MODES, PERIOD_S, controller
 from independent_strip import CHAPTER_4, CHAPTER_5, LiveStrip, Strip
 
 from lce_analysis.identification import fit
@@ -45,7 +45,7 @@ def identified(specimen: Specimen) -> Model:
 
 def led(specimen: Specimen, model: Model, mode: str, seed: int) -> list[StepMetrics]:
     """The figures of each step under a mode that knows the model."""
-    step, targets_m = follower(mode, model), [1e-3 * target for target in specimen.targets_mm]
+    step, targets_m = controller(mode, model), [1e-3 * target for target in specimen.targets_mm]
     strip = LiveStrip(specimen.strip)
     loop = run(
         strip,

@@ -11,7 +11,7 @@ from run_command import experiment, lce, read, values
 from lce_app.cli import main as cli
 from lce_app.cli.commands.control import MODES
 from lce_control.step_metrics import step_metrics
-from lce_control.time_optimal import bang_bang
+from lce_control.tuning.bang_bang import bang_bang
 from lce_experiment import recording, registry
 from lce_experiment.config import config_file
 from lce_experiment.positioning.reach import check_reach

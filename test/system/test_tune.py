@@ -1,25 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """`lce tune`: gains out, in the form that the nodes read, tried on the running nodes where that is asked for."""
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 import yaml
 
 from lce_app.cli import main as cli
-from lce_control.tuning import search as tuning
-from lce_control.tuning import tasks as tuning_tasks
+from lce_control.tuning import options
 from lce_control.tuning.tasks import INNER, OUTER, SINGLE
 from lce_experiment.config import config_file, default_strip
 from lce_model import load_model, save_model
 
+SHORT = partial(options.TuneOptions, generations=2, candidates=2, local_tries=30, shares=(0.45, 0.9))
+
 
 @pytest.fixture(autouse=True)
 def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tuning, "GENERATIONS", 2)
-    monkeypatch.setattr(tuning, "CANDIDATES", 2)
-    monkeypatch.setattr(tuning, "DOWNHILL", 30)
-    monkeypatch.setattr(tuning_tasks, "SHARES", (0.45, 0.9))
+    monkeypatch.setattr(options, "TuneOptions", SHORT)
 
 
 def gains(path: Path) -> dict[str, dict[str, float]]:
@@ -47,7 +46,7 @@ def test_on_the_bench_the_running_nodes_are_what_is_judged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A strip that heats a tenth less: one experiment tells what the gains of the model do there."""
-    monkeypatch.setattr(tuning_tasks, "LONGEST_S", 10.0)
+    monkeypatch.setattr(options, "TuneOptions", partial(SHORT, shortest_s=10.0, longest_s=10.0))
     strip, words = tmp_path / "strip.yaml", ["tune", "--overshoot", "0.3", "--undershoot", "0.3", "--shake", "0.1"]
     save_model(load_model(default_strip()).set({"lumped.gain": 66.0}), strip)
     assert cli.main([*words, "--out", str(tmp_path / "model.yaml")]) == 0

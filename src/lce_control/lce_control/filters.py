@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Filters of sampled signals, exact for what runs straight from one sample to the next, however far apart they are."""
+"""Filters of sampled signals, exact for signals that are straight between samples, however far apart these are."""
 
 import math
 from typing import NamedTuple
@@ -17,13 +17,17 @@ class LowPass:
 
         F(s) = K_f / (T_f s + 1)
 
-    With a = exp(-dt/T_f) and an input that runs straight from u0 to u1 over dt::
+    With a = exp(-dt/T_f) and an input that is straight from u0 to u1 over dt::
 
         y = a y0 + K_f (u1 - a u0 - (u1 - u0) (1 - a) T_f/dt)
 
     T_f = 0 passes K_f u through. The first sample starts the filter in its steady state, and so does one that is
-    older than the last (a clock that was set back); the same sample again changes nothing. Both constants may be set
-    at any time: ``gain`` has no unit, ``time_constant_s`` is T_f [s].
+    older than the last (a clock that was set back). The same sample again changes nothing.
+
+    Attributes
+    ----------
+    time_constant_s : T_f [s]; may be set at any time.
+    gain : K_f [1]; may be set at any time.
     """
 
     def __init__(self, time_constant_s: float = 0.1, gain: float = 1.0) -> None:
@@ -32,7 +36,7 @@ class LowPass:
         self._output = 0.0
 
     def step(self, sample: Sample) -> Sample:
-        """Take in a sample; the filtered one, of the same time."""
+        """Take in a sample; return the filtered value at the same time."""
         last, self._input = self._input, sample
         if last is None or sample.t_s < last.t_s:
             self._output = self.gain * sample.value
@@ -57,14 +61,19 @@ class Slope:
 
         N / (1 + N/s)  =  N s / (s + N)
 
-    the derivative after a low-pass filter of the time constant 1/N. For an input that runs straight over dt, with
-    a = exp(-N dt)::
+    the derivative after a low-pass filter of the time constant 1/N. With a = exp(-N dt), for an input that is straight
+    over dt::
 
         y = a y0 + (1 - a) (u1 - u0)/dt
 
-    dt is the time between two *measurements*: a value that is held from one to the next has the slope of the signal,
-    not a kick at each new sample and nothing in between. The first sample, and one older than the last, has none.
-    ``coefficient`` is N [1/s]; changed, it leaves the slope as it is.
+    dt is the time between two *measurements*. A value that is held from one to the next so has the slope of the signal,
+    not a kick at each new sample and zero in between. The slope is zero at the first sample, and at one that is older
+    than the last.
+
+    Attributes
+    ----------
+    coefficient : N [1/s]; a new one leaves the slope as it is.
+    value : the present slope [unit of the signal per second].
     """
 
     def __init__(self, coefficient: float = 100.0) -> None:
@@ -73,7 +82,7 @@ class Slope:
         self._input: Sample | None = None
 
     def step(self, sample: Sample) -> float:
-        """Take in a sample; the slope [1/s] then."""
+        """Take in a sample; return the slope [unit of the signal per second] at its time."""
         last, self._input = self._input, sample
         if last is None or sample.t_s < last.t_s:
             self.value = 0.0

@@ -10,7 +10,7 @@ from lce_control.time_optimal import fastest_power_w
 from lce_model import Model
 
 STREAM_S: Final = 0.05
-"""Targets that follow each other sooner are a trajectory, others are steps."""
+"""Targets that follow each other sooner are a trajectory, others are steps [s]."""
 
 
 class ModelController:
@@ -18,14 +18,22 @@ class ModelController:
 
         P = the most power that, held for horizon_s, does not carry the strip beyond the target
 
-    in the dark afterwards (fastest_power_w), from the state that the Observer believes in: full power until the
-    switching time that the model predicts, then what holds the target. Minor loops and creep are the model's. Feedback
-    is the observer's: what the strip does otherwise than the model becomes gain, drift and bias of the believed strip,
-    and a bias that is followed is an integral action, without windup.
+    in the dark afterwards (:func:`fastest_power_w`), from the state that the :class:`Observer` estimates. That is full
+    power until the switching time that the model predicts, then what holds the target. The model knows minor loops and
+    creep. The observer is the feedback: where the strip differs from the model, gain, drift and bias of the estimated
+    strip change. Following the bias is an integral action without windup.
 
-    The power that is applied meanwhile acts for ``delay_s`` longer, until the laser has the new one.
+    A target that moves is met where it will be; its rate is that between targets that follow each other closely.
 
-    A target that moves is met where it will be: its rate is that between targets that follow each other closely.
+    Parameters
+    ----------
+    model : the identified model of the strip.
+    max_power_w : limit of the power [W].
+    hottest_k : the strip is not heated beyond this temperature [K].
+    horizon_s : how long a power is meant to be held [s]; longer is calmer.
+    camera_noise_k : standard deviation of the camera's noise [K].
+    bias_s : time constant of the bias of the displacement [s].
+    delay_s : time until the laser applies a new power [s]; until then it applies the present one.
     """
 
     def __init__(
@@ -44,7 +52,7 @@ class ModelController:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: the next image of the camera is that of a strip at rest."""
+        """Forget the past. The next image of the camera is taken for that of a strip at rest."""
         self.observer: Observer | None = None
         self._t_s = self._image_s = -math.inf
         self._target = Sample(math.nan, -math.inf)
@@ -54,9 +62,14 @@ class ModelController:
     def observe(
         self, t_s: float, displacement: Sample | None, temperature: Sample | None, applied_w: float | None = None
     ) -> None:
-        """Take in what was measured until ``t_s`` [s], None where nothing was: displacement [m], temperature [K].
+        """Take in what was measured until now. A time before the last one starts the controller anew.
 
-        ``applied_w`` is the power [W] since the last time; None: what was decided then.
+        Parameters
+        ----------
+        t_s : now [s].
+        displacement : newest displacement [m]; None if there is no new one.
+        temperature : newest temperature [K], with the time of the image; None before the first.
+        applied_w : power since the last call [W]; None: the power that was decided then.
         """
         if t_s < self._t_s:
             self.reset()
@@ -74,7 +87,7 @@ class ModelController:
             self.observer.see_displacement(displacement.value, dt_s)
 
     def power_w(self, target_m: float, present_w: float = 0.0) -> float:
-        """Power [W] towards a target [m] where ``present_w`` [W] is applied; zero before the first image."""
+        """Power [W] towards a target [m], while ``present_w`` [W] is applied; zero before the first image."""
         if self.observer is None:
             return 0.0
         self._follow(target_m)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model knows of the strip: its state, branch and history included, corrected by what is measured."""
+"""The state of the strip as estimated by a model, its branch and history included, and corrected by measurements."""
 
 import math
 from collections import deque
@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 from lce_control.filters import Sample
 from lce_model import Model, Stepper
 
-FIRST: Final = (0.1, 0.15, 0.05)
+START_SIGMA: Final = (0.1, 0.15, 0.05)
 """Standard deviations at the start: of the temperature [K], of the gain [1], of the drift [K/s]."""
-WALK: Final = (1e-3, 0.02, 0.02)
-"""The same, by how much they may have changed after a second."""
+WALK_SIGMA: Final = (1e-3, 0.02, 0.02)
+"""Standard deviations of their random walk within a second: [K], [1], [K/s]."""
 REMEMBERED: Final = 64
-"""Steps that a camera's image may be old."""
+"""Steps for which temperatures are kept; an image of the camera may be so old."""
 
 
-class BelievedStrip(Stepper):
+class EstimatedStrip(Stepper):
     """The strip of a model under disturbances that are constant for now.
 
     Attributes
     ----------
-    gain : share of the laser power that heats as the model says [1]: a weak laser, dirt, an absorption that is off.
-    drift_k_s : rate that is added to that of the temperature [K/s]: colder surroundings, a draught.
-    bias_m : added to the displacement [m]: a load, a deformation model that is off.
+    gain : heating by the laser over that of the model [1]; a weak laser, dirt or a wrong absorption change it.
+    drift_k_s : added to the rate of the temperature [K/s]; colder surroundings or a draught change it.
+    bias_m : added to the displacement [m]; a load or a wrong deformation model change it.
     """
 
     gain, drift_k_s, bias_m = 1.0, 0.0, 0.0
@@ -49,25 +49,34 @@ class BelievedStrip(Stepper):
 
 
 class Observer:
-    """Estimates the strip from the power that was applied and the samples that came, the camera's with their age.
+    """Estimates the strip from the applied power and from the samples of both sensors.
 
-    Temperature, gain and drift by an extended Kalman filter: it advances with the model, whose derivatives are taken
-    numerically, and is corrected by each image, compared with the temperature of the time when it was taken. The order
-    of the strip follows the estimated temperature, so its branch is the one that the strip has really come on. What is
-    then left of the displacement is the bias, filtered with the time constant ``bias_s`` [s].
+    An extended Kalman filter estimates temperature, gain and drift. It advances with the model, whose derivatives it
+    takes numerically. Each image of the camera corrects it, compared with the temperature of the time when the image
+    was taken. The order of the strip follows the estimated temperature, so its branch is the one that the real strip is
+    on. The difference that is then left in the displacement is the bias, filtered with the time constant ``bias_s``.
 
-    ``strip`` starts at rest at the temperature that is given [K].
+    Parameters
+    ----------
+    model : the identified model of the strip.
+    temperature_k : the strip starts at rest at this temperature [K].
+    camera_noise_k : standard deviation of the camera's noise [K].
+    bias_s : time constant of the bias [s].
+
+    Attributes
+    ----------
+    strip : the estimated strip.
     """
 
     def __init__(self, model: Model, temperature_k: float, camera_noise_k: float = 0.06, bias_s: float = 0.05) -> None:
-        self.strip = BelievedStrip(model, temperature_k)
+        self.strip = EstimatedStrip(model, temperature_k)
         self.strip.step(0.0, 0.0)
         self.camera_noise_k, self.bias_s = camera_noise_k, bias_s
-        self._covariance: NDArray[np.float64] = np.diag(np.square(FIRST))
+        self._covariance: NDArray[np.float64] = np.diag(np.square(START_SIGMA))
         self._past: deque[Sample] = deque(maxlen=REMEMBERED)
 
     def advance(self, power_w: float, t_s: float, dt_s: float) -> None:
-        """Go on to ``t_s`` [s] under ``power_w`` [W], which was applied for the ``dt_s`` [s] before."""
+        """Advance to ``t_s`` [s] under ``power_w`` [W], which was applied for the last ``dt_s`` [s]."""
         dark, warmer = self.strip.twin(), self.strip.twin(1.0)
         self.strip.step(power_w, dt_s)
         dark.step(0.0, dt_s)
@@ -75,11 +84,11 @@ class Observer:
         by_gain = (self.strip.temperature_k - dark.temperature_k) / max(self.strip.gain, 0.1)
         by_temperature = warmer.temperature_k - self.strip.temperature_k
         forward = np.array([[by_temperature, by_gain, dt_s], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        self._covariance = forward @ self._covariance @ forward.T + dt_s * np.diag(np.square(WALK))
+        self._covariance = forward @ self._covariance @ forward.T + dt_s * np.diag(np.square(WALK_SIGMA))
         self._past.append(Sample(self.strip.measured_temperature_k, t_s))
 
     def see_temperature(self, sample: Sample) -> None:
-        """Take in an image of the camera [K]; each only once."""
+        """Take in an image of the camera [K]; pass each image only once."""
         if not self._past:
             return
         then = min(self._past, key=lambda past: abs(past.t_s - sample.t_s))

@@ -9,11 +9,20 @@ from lce_control.filters import Sample, Slope
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """Gains of a PID, in [unit of the output / unit of the input] and seconds.
+    """Gains of a PID, in U = unit of the output / unit of the input.
 
-    ``kp``, ``ki`` [1/s], ``kd`` [s] and the filter coefficient ``n`` [1/s] are K_p, K_i, K_d and N of (6.2).
-    ``setpoint_weight`` b and ``derivative_weight`` c say how much of the setpoint the proportional and the derivative
-    term see; b = c = 1 is (6.2) as printed. With c = 0 a step of the setpoint does not kick the output.
+    Parameters
+    ----------
+    kp, ki, kd : K_p [U], K_i [U/s] and K_d [U s] of (6.2), 0 or more.
+    n : filter coefficient N of the derivative [1/s], above 0.
+    setpoint_weight : b, the share of the setpoint that the proportional term sees, from 0 to 1.
+    derivative_weight : c, the share that the derivative sees. b = c = 1 is (6.2) as printed; with c = 0 a step of the
+        setpoint does not kick the output.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range; it names the field.
     """
 
     kp: float
@@ -37,7 +46,7 @@ class Gains:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Lowest and highest output [unit of the output]."""
+    """Lowest and highest output [unit of the output]; ValueError if they are not finite or in the wrong order."""
 
     lower: float
     upper: float
@@ -58,23 +67,30 @@ class PID:
         y = y_k + v min(t - t_k, horizon_s)        the measured value now, not when it was measured
         P = K_p (b r - y)
         D = K_d (c slope(r) - v)
-        I = integral of K_i (r - y) dt             trapezoidal: exact for errors that run straight
+        I = integral of K_i (r - y) dt             trapezoidal: exact for errors that are straight
         u = f + P + I + D, within the limits
 
-    Time is an argument and may pass in any steps. A time before the last starts the controller anew.
+    Time is an argument and may pass in steps of any length. A time before the last one starts the controller anew.
 
-    Anti-windup: an integral that would carry u beyond a limit stops at it, and one that finds u beyond a limit does not
-    grow towards it; it may always come back. ``integrate=False`` holds it where it is: what comes after this controller
-    does not follow it (the outer loop of a cascade while the inner one is still on its way).
+    Anti-windup: an integral that would carry u beyond a limit stops there. If u is beyond a limit already, the integral
+    does not grow towards it. It may always come back. ``integrate=False`` keeps the integral as it is, for times when
+    the plant does not follow u: the outer loop of a cascade, while the inner loop is still on its way.
 
-    Bumpless: new gains at any time leave u where it is, the integral takes the difference; ``reset(u)`` lets the next
-    step begin at u, and ``reset()`` with an empty integral. New limits hold from the next step on.
+    Bumpless transfer: new gains leave u where it is, the integral takes the difference. After ``reset(u)`` the next
+    step begins at u, after ``reset()`` with an empty integral. New limits hold from the next step on.
 
     Attributes
     ----------
     limits : of the output.
     horizon_s : how far a sample is carried along its slope [s]; 0 holds it.
-    output, p, i, d : of the last step. ``limited`` is -1, 0, +1: at the lower limit, at none, at the upper one.
+    output, p, i, d : u and its terms in the last step.
+    limited : -1 if the last output was at the lower limit, +1 at the upper one, else 0.
+
+    Examples
+    --------
+    >>> inner = PID(Gains(kp=0.05, ki=0.01, kd=0.001), Limits(0.0, 2.0))  # (6.11): W from K
+    >>> inner.step(0.0, setpoint=340.0, measured=Sample(320.0, 0.0))
+    1.0
     """
 
     def __init__(self, gains: Gains, limits: Limits, horizon_s: float = 0.2) -> None:
@@ -90,7 +106,21 @@ class PID:
     def step(
         self, t_s: float, setpoint: float, measured: Sample, feedforward: float = 0.0, integrate: bool = True
     ) -> float:
-        """Output at ``t_s`` [s]."""
+        """The output at a time.
+
+        Parameters
+        ----------
+        t_s : now [s].
+        setpoint : r [unit of the input].
+        measured : the newest sample of y [unit of the input], with the time of its measurement.
+        feedforward : f [unit of the output].
+        integrate : whether the integral may change.
+
+        Returns
+        -------
+        float
+            u, within the limits.
+        """
         if self._now is not None and t_s < self._t_s:
             self.reset()
         slope = self._measured.step(measured)
@@ -111,7 +141,7 @@ class PID:
         return self.output
 
     def reset(self, output: float | None = None) -> None:
-        """Forget the past; the next step gives ``output``, or begins with an empty integral."""
+        """Forget the past. The next step gives ``output``; None: it begins with an empty integral."""
         self._measured.reset()
         self._setpoint.reset()
         self._now, self._start = None, output
@@ -140,7 +170,7 @@ class PID:
         return p, gains.kd * (gains.derivative_weight * self._setpoint.value - self._measured.value)
 
     def _growth(self, growth: float, wanted: float) -> float:
-        """What the integral may grow by where the output is ``wanted`` without it."""
+        """The part of ``growth`` that keeps an output of ``wanted`` within the limits."""
         if growth > 0.0:
             return min(growth, max(0.0, self.limits.upper - wanted))
         return max(growth, min(0.0, self.limits.lower - wanted))

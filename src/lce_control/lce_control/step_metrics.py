@@ -1,23 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What became of a step of the target: the figures of Tables 6.2 and 6.3."""
+"""Figures of a step response: rise time, overshoot, settling time and late error of Tables 6.2 and 6.3."""
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lce_data.errors import LceError
 
-RISE, BAND, LATE_S = 0.8, 0.02, 30.0
+RISE: Final = 0.8
+"""Share of the step at which it counts as risen (Table 6.3)."""
+BAND: Final = 0.02
+"""Share of the target within which it counts as settled."""
+LATE_S: Final = 30.0
+"""Time from which the late error is taken [s] (Table 6.2)."""
 
 
 @dataclass(frozen=True, slots=True)
 class StepMetrics:
-    """Rise time to 80 % and settling time within 2 % [s], overshoot and RMSE after 30 s [fractions of the target].
+    """How fast and how well a step was made. A figure is NaN if the strip never got so far or the step is too short.
 
-    NaN where the strip never got so far, or the step was too short to tell. The RMSE is √(Σe²/N), not (6.13) as
-    printed, which falls with the number of samples.
+    Attributes
+    ----------
+    rise_time_s : time to 80 % of the step [s].
+    overshoot : largest displacement beyond the target, in fractions of it.
+    settling_time_s : time after which the error stays within 2 % of the target [s].
+    rmse_after_30s : √(Σe²/N) after 30 s, in fractions of the target. (6.13) as printed falls with the number of
+        samples.
     """
 
     rise_time_s: float
@@ -33,6 +44,12 @@ def step_metrics(time_s: ArrayLike, displacement_m: ArrayLike, target_m: float) 
     ----------
     time_s : (n,) rising [s], 0 where the target is set.
     displacement_m : (n,) [m].
+    target_m : above 0 [m].
+
+    Raises
+    ------
+    LceError
+        If the series differ in length, or the target is not above 0.
     """
     t, d = np.asarray(time_s, dtype=np.float64), np.asarray(displacement_m, dtype=np.float64)
     if t.shape != d.shape or t.ndim != 1 or t.size == 0:

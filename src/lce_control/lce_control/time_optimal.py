@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The physical limit of position control: what the laser could do if everything about the strip were known."""
+"""The most power that does not overshoot: the decision of the time-optimal control of a strip whose state is known."""
 
 import math
 from typing import Final
 
-from lce_control.tuning.closed_loop import PERIOD_S, ClosedLoop, run
-from lce_model import Model, Stepper
+from lce_model import Stepper
 
 HALVINGS: Final = 13
 """Of the range of powers: 2 W to a quarter of a milliwatt."""
 COASTING_S: Final = 0.1
+"""Steps in which a strip is followed in the dark [s]."""
 LONGEST_COASTING: Final = 100
-"""Steps of a strip that is followed in the dark, and how many."""
+"""How many of them at most."""
 
 
 def fastest_power_w(
@@ -22,12 +22,25 @@ def fastest_power_w(
     hottest_k: float = math.inf,
     rate_m_s: float = 0.0,
 ) -> float:
-    """The most power [W] that can be held for ``period_s`` [s] without an overshoot of the target [m] afterwards.
+    """The most power that can be held for a while without an overshoot of the target afterwards.
 
-    The strip goes on contracting when it is dark again, and no controller can do more than switch off: what matters is
-    the largest displacement of the time after, in the dark. Far below the target the answer is ``max_power_w``, above
-    it zero, between them it is found by halving. The strip is not heated beyond ``hottest_k``. A target that moves at
-    ``rate_m_s`` [m/s] is met where it will be.
+    A strip goes on contracting when the laser is off, and no controller can do more than switch it off. What matters
+    is therefore the largest displacement in the dark afterwards. Far below the target the answer is ``max_power_w``,
+    above it zero, between them it is found by halving.
+
+    Parameters
+    ----------
+    strip : the strip in its present state; it is left as it is.
+    target_m : displacement that is wanted [m].
+    period_s : for how long the power is held [s].
+    max_power_w : limit of the power [W].
+    hottest_k : the strip is not heated beyond this temperature [K].
+    rate_m_s : rate of a target that moves [m/s]; such a target is met where it will be.
+
+    Returns
+    -------
+    float
+        Power [W], from 0 to ``max_power_w``.
     """
 
     def too_much(power_w: float) -> bool:
@@ -56,22 +69,3 @@ def _coasts_beyond(strip: Stepper, target_m: float, rate_m_s: float) -> bool:
         if over_m <= before_m:
             return False
     return False
-
-
-def bang_bang(
-    strip: Model | Stepper, target_m: float, duration_s: float, max_power_w: float = 2.0, hottest_k: float = math.inf
-) -> ClosedLoop:
-    """The bound that no controller can beat on this strip: full power until the switching time, then what holds it.
-
-    ``strip`` starts from rest, or, a Stepper, from where it is. No sensors: the strip itself is looked at.
-    """
-    if isinstance(strip, Model):
-        strip = Stepper(strip)
-        strip.step(0.0, 0.0)
-    here = strip
-    return run(
-        here,
-        lambda *_: fastest_power_w(here, target_m, PERIOD_S, max_power_w, hottest_k),
-        duration_s,
-        max_power_w=max_power_w,
-    )

@@ -6,13 +6,13 @@ import pytest
 
 from lce_control.pid import Gains
 from lce_control.tuning.closed_loop import Sensors
-from lce_control.tuning.linear import OMEGA, Plant, margins
+from lce_control.tuning.linear import OMEGA, LinearPlant, margins
 from lce_data.errors import LceError
 from lce_model import default_model
 
 STRIP = default_model("lumped", "kinetic")
 GAIN, TAU_S = STRIP["lumped.gain"], STRIP["lumped.tau"]
-PLANT = Plant.of(STRIP, 0.8, (0.5e-3, 1.0e-3))
+PLANT = LinearPlant.of(STRIP, 0.8, (0.5e-3, 1.0e-3))
 
 
 def test_the_response_of_a_lumped_strip_is_that_of_its_equation() -> None:
@@ -61,6 +61,6 @@ def test_over_an_inner_loop_too_soft_to_act_the_outer_one_is_the_single_loop() -
 
 
 def test_a_strip_without_a_response_is_refused() -> None:
+    dim = default_model("lumped", "kinetic", ("laser_saturation",)).set({"laser_saturation.p_th": 0.5})
     with pytest.raises(LceError, match="does not get warmer"):
-        Plant.of(default_model("lumped", "kinetic", ("laser_saturation",)).set({"laser_saturation.p_th": 0.5}), 0.2,
-                 (0.0, 1e-3))  # fmt: skip
+        LinearPlant.of(dim, 0.2, (0.0, 1e-3))

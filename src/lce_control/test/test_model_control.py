@@ -10,7 +10,7 @@ from lce_control.filters import Sample
 from lce_control.model_control import ModelController
 from lce_control.observer import Observer
 from lce_control.step_metrics import step_metrics
-from lce_control.time_optimal import bang_bang
+from lce_control.tuning.bang_bang import bang_bang
 from lce_control.tuning.closed_loop import Sensors, run
 from lce_model import Stepper, default_model
 

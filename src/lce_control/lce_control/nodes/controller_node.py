@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every controller node shares: it is driven by its sensor, and does not fall silent with it."""
+"""Base of every controller node: its sensor drives it, and timer ticks go on if the sensor falls silent."""
 
 from collections.abc import Callable
 from typing import Any, Final, TypeGuard
@@ -8,19 +8,21 @@ from lce_control.filters import Sample
 from lce_ros.node import BenchNode
 
 PERIOD_S: Final = 0.01
+"""Time between two ticks [s]."""
 
 
 class ControllerNode(BenchNode):
-    """A node that steps with each message of the topic that drives it, and at every tick once none came for three.
+    """A node that steps with each message of the topic that drives it.
 
-    A measurement so becomes a command as soon as it is there; a timer of its own would let it wait for up to a period
-    in every node of a cascade. The ticks go on at 100 Hz where the sensor is silent, and notice that.
+    A measurement so becomes a command as soon as it arrives; with a timer instead it would wait for up to a period in
+    every node of a cascade. After three ticks without a message, the node steps at every tick, 100 Hz, and notices that
+    the sensor is silent.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
         self._idle_ticks = 0
-        # Half a period off: not while the sensor's message, sent at a tick, is on its way through the nodes.
+        # Half a period off: at a tick, the sensor's message is on its way through the nodes.
         self.every(PERIOD_S, self._tick, offset_s=PERIOD_S / 2)
 
     def driven_by(self, msg_type: Any, topic: str, take: Callable[[Any], None]) -> None:
@@ -34,11 +36,11 @@ class ControllerNode(BenchNode):
         self.listen(msg_type, topic, receive)
 
     def is_fresh(self, sample: Sample | None, now_s: float, timeout: str) -> TypeGuard[Sample]:
-        """Whether a sample is there that is not older than the parameter ``timeout`` [s], nor as far in the future."""
+        """Whether a sample exists and its time differs from now by no more than the parameter ``timeout`` [s]."""
         return sample is not None and abs(now_s - sample.t_s) <= self.value(timeout)
 
     def step(self, now_s: float) -> None:
-        """Judge what is known at ``now_s`` [s], and publish."""
+        """Decide at ``now_s`` [s], and publish."""
         raise NotImplementedError
 
     def _tick(self) -> None:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node `feedforward`: which temperature gives a wanted displacement (§6.4).
+"""Node `feedforward`: the temperature at which the strip has a wanted displacement (§6.4).
 
 Serves      inverse_temperature  lce_interfaces/srv/InverseTemperature, m → °C
-Subscribes  temperature          sensor_msgs/Temperature, °C: the strip's past, for the branch `actual`
+Subscribes  temperature          sensor_msgs/Temperature, °C: history of the strip, for the branch `actual`
 Parameters  model_file           path of a model file; empty: the default model
             branch               middle | heating | cooling: of the chart of the major loop (§6.4: middle);
-                                 actual: from where the temperatures so far have led the strip; live
+                                 actual: from the state that the temperatures so far have led to; live
             deadband_k           K, reversals of the temperature smaller than this are noise; live
 
 A displacement out of reach is refused with the reachable range and a temperature of NaN, never clipped.
@@ -27,12 +27,12 @@ from lce_ros.health import Level
 from lce_ros.node import BenchNode, run
 
 ACTUAL: Final = "actual"
-PAST: Final = 36_000
-"""Temperatures that are remembered: an hour at 10 Hz."""
+HISTORY: Final = 36_000
+"""Temperatures that are kept: an hour at 10 Hz."""
 
 
 class Feedforward(BenchNode):
-    """Answers from one model: from the chart of its major loop, or from where the strip is."""
+    """Answers from the chart of a model's major loop, or from the present state of the strip."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("feedforward", **options)
@@ -41,12 +41,12 @@ class Feedforward(BenchNode):
         self.declare("deadband_k", 0.3, "reversals that are noise", unit="K", lower=0.0, upper=10.0)
         self._model = load_model(model_file) if model_file else default_model()
         self._chart = InverseChart(self._model)
-        self._past: deque[tuple[float, float]] = deque(maxlen=PAST)
+        self._past: deque[tuple[float, float]] = deque(maxlen=HISTORY)
         self._answered = self._refused = 0
         self.listen(Temperature, "temperature", self._remember)
         self.create_service(InverseTemperature, "inverse_temperature", self._answer)
-        self._tell()
-        self.every(1.0, self._tell)
+        self._report_state()
+        self.every(1.0, self._report_state)
 
     def _answer(
         self, request: InverseTemperature.Request, response: InverseTemperature.Response
@@ -75,7 +75,7 @@ class Feedforward(BenchNode):
         if math.isfinite(message.temperature):
             self._past.append((t_s, to_kelvin(message.temperature)))
 
-    def _tell(self) -> None:
+    def _report_state(self) -> None:
         branch = self.value("branch")
         lower_m, upper_m = self._chart.reach_m("middle" if branch == ACTUAL else branch)
         self.report(

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node `inner_controller`: laser power that brings the strip to a temperature, the inner loop of Fig. 6.2.
 
-Subscribes  temperature_setpoint  sensor_msgs/Temperature, °C; NaN: there is none
+Subscribes  temperature_setpoint  sensor_msgs/Temperature, °C; NaN: no setpoint
             temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement
 Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
 Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
-            max_power_w           W, most that is commanded
-            setpoint_timeout_s    s, a setpoint older than this counts as none
-            temperature_timeout_s s, a measurement older than this counts as none
+            max_power_w           W, limit of the command
+            setpoint_timeout_s    s, a setpoint older than this is ignored
+            temperature_timeout_s s, a temperature older than this is ignored
 
-All can be set while it runs. A command follows each setpoint at once, and goes on at 100 Hz without. It is zero without
-a fresh setpoint or temperature; when both are back, control starts anew. The last command is zero when the node ends.
+All parameters are live. The node publishes a command at once after each setpoint, and at 100 Hz if none comes. The
+command is zero without a fresh setpoint or temperature; when both are back, control starts anew. When the node ends,
+its last command is zero.
 """
 
 import math
@@ -38,9 +39,13 @@ class InnerController(ControllerNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("inner_controller", **options)
-        self.declare("max_power_w", 2.0, "most that is commanded", unit="W", lower=0.0, upper=10.0)
-        self.declare("setpoint_timeout_s", 0.1, "age of a setpoint that is none", unit="s", lower=0.02, upper=1.0)
-        self.declare("temperature_timeout_s", 0.2, "age of a measurement that is none", unit="s", lower=0.1, upper=5.0)
+        self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
+        self.declare(
+            "setpoint_timeout_s", 0.1, "a setpoint older than this is ignored", unit="s", lower=0.02, upper=1.0
+        )
+        self.declare(
+            "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
+        )
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
         self._setpoint: Sample | None = None
         self._temperature: Sample | None = None

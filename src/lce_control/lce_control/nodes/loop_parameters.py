@@ -3,31 +3,37 @@
 
 from collections.abc import Callable
 
+from lce_control.cascade import Loop
 from lce_control.filters import LowPass
-from lce_control.loops import Loop
 from lce_control.pid import PID, Gains, Limits
 from lce_ros.node import BenchNode
 
 
 def declare_loop(node: BenchNode, gains: Gains, limits: Callable[[], Limits], unit: str, per: str) -> Loop:
-    """A loop with default ``gains`` from [``per``] to [``unit``], that follows the parameters of ``node``.
+    """A loop that follows the parameters of a node. New gains do not move its output.
 
-    Declares kp, ki, kd, n, setpoint_weight, derivative_weight, filter_gain, filter_s and horizon_s. ``limits`` reads
-    the limits of the output from parameters that the node declared before. New gains do not move the output.
+    Declares kp, ki, kd, n, setpoint_weight, derivative_weight, filter_gain, filter_s and horizon_s.
+
+    Parameters
+    ----------
+    node : declares the parameters.
+    gains : their defaults.
+    limits : reads the limits of the output from parameters that the node has declared before.
+    unit, per : units of the output and of the input, as text.
     """
 
-    def number(name: str, default: float, description: str, of: str, upper: float, lower: float = 0.0) -> None:
+    def declare(name: str, default: float, description: str, of: str, upper: float, lower: float = 0.0) -> None:
         node.declare(name, default, description, unit=of, lower=lower, upper=upper)
 
-    number("kp", gains.kp, "proportional gain", f"{unit}/{per}", 1e6)
-    number("ki", gains.ki, "integral gain", f"{unit}/({per} s)", 1e6)
-    number("kd", gains.kd, "derivative gain", f"{unit} s/{per}", 1e6)
-    number("n", gains.n, "filter coefficient of the derivative", "1/s", 1e4, lower=0.01)
-    number("setpoint_weight", gains.setpoint_weight, "share of the setpoint that the proportional term sees", "", 1.0)
-    number("derivative_weight", gains.derivative_weight, "share of the setpoint that the derivative sees", "", 1.0)
-    number("filter_gain", 1.0, "K_f of the filter of the measured value", "", 10.0, lower=0.1)
-    number("filter_s", 0.1, "T_f of the filter of the measured value", "s", 10.0)
-    number("horizon_s", 0.2, "how far a sample is carried along its slope, 0: held", "s", 1.0)
+    declare("kp", gains.kp, "proportional gain", f"{unit}/{per}", 1e6)
+    declare("ki", gains.ki, "integral gain", f"{unit}/({per} s)", 1e6)
+    declare("kd", gains.kd, "derivative gain", f"{unit} s/{per}", 1e6)
+    declare("n", gains.n, "filter coefficient of the derivative", "1/s", 1e4, lower=0.01)
+    declare("setpoint_weight", gains.setpoint_weight, "share of the setpoint that the proportional term sees", "", 1.0)
+    declare("derivative_weight", gains.derivative_weight, "share of the setpoint that the derivative sees", "", 1.0)
+    declare("filter_gain", 1.0, "K_f of the filter of the measured value", "", 10.0, lower=0.1)
+    declare("filter_s", 0.1, "T_f of the filter of the measured value", "s", 10.0)
+    declare("horizon_s", 0.2, "how far a sample is carried along its slope, 0: it is held", "s", 1.0)
     loop = Loop(PID(gains, limits()), LowPass())
 
     def follow() -> None:

@@ -4,20 +4,20 @@
 Subscribes  target_displacement   std_msgs/Float64, m, latched; a step, or a stream that is a trajectory
             displacement          std_msgs/Float64, m
             temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement
-            laser/power           std_msgs/Float64, W as applied: what the model of the strip goes on with
+            laser/power           std_msgs/Float64, W as applied: input of the model of the strip
 Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
 Parameters  model_file            path of a model file; empty: the default model
-            max_power_w           W, most that is commanded
-            max_temperature_c     °C, the strip is not led beyond
+            max_power_w           W, limit of the command
+            max_temperature_c     °C, limit of the temperature of the strip
             horizon_s             s, how long a power is meant to be held: longer is calmer
-            bias_s                s, time constant of what the model gets wrong about the displacement
+            bias_s                s, time constant of the bias between the displacement and the model
             camera_noise_k        K, standard deviation of the camera's noise
-            displacement_timeout_s s, a displacement older than this counts as none
-            temperature_timeout_s s, a temperature older than this counts as none
+            displacement_timeout_s s, a displacement older than this is ignored
+            temperature_timeout_s s, a temperature older than this is ignored
 
-A command follows each displacement at once, and goes on at 100 Hz without. A target out of reach is refused, with the
-reachable range in the log and in /diagnostics; the one before it stays. The command is zero without a target, a fresh
-displacement or a fresh temperature, and when the node ends.
+The node publishes a command at once after each displacement, and at 100 Hz if none comes. It refuses a target out of
+reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The command is zero without a
+target, a fresh displacement or a fresh temperature, and when the node ends.
 """
 
 import math
@@ -44,8 +44,8 @@ class ModelController(ControllerNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("model_controller", **options)
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
-        self.declare("max_power_w", 2.0, "most that is commanded", unit="W", lower=0.0, upper=10.0)
-        hottest_c = self.declare("max_temperature_c", 110.0, "the strip is not led beyond", unit="°C",
+        self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
+        hottest_c = self.declare("max_temperature_c", 110.0, "limit of the temperature of the strip", unit="°C",
                                  lower=30.0, upper=250.0, read_only=True)  # fmt: skip
         settings = {
             "horizon_s": self.declare("horizon_s", 0.3, "how long a power is meant to be held", unit="s",
@@ -55,9 +55,11 @@ class ModelController(ControllerNode):
             "camera_noise_k": self.declare("camera_noise_k", 0.06, "standard deviation of the camera's noise",
                                            unit="K", lower=0.001, upper=5.0, read_only=True),
         }  # fmt: skip
-        self.declare("displacement_timeout_s", 0.1, "age of a displacement that is none", unit="s",
+        self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
                      lower=0.02, upper=1.0)  # fmt: skip
-        self.declare("temperature_timeout_s", 0.2, "age of a measurement that is none", unit="s", lower=0.1, upper=5.0)
+        self.declare(
+            "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
+        )
         model, hottest_k = load_model(model_file) if model_file else default_model(), to_kelvin(hottest_c)
         self._chart = InverseChart(model, hottest_k=min(hottest_k, HOTTEST_K))
         # A command is applied at the laser's next tick.
@@ -100,16 +102,16 @@ class ModelController(ControllerNode):
         self._controller.max_power_w = self.value("max_power_w")
         power_w = self._controller.power_w(self._target_m, self._applied_w)
         assert self._controller.observer is not None  # a temperature has come
-        believed = self._controller.observer.strip
+        strip = self._controller.observer.strip
         self.report(
             Level.OK,
             "controlling",
             target_mm=self._target_m * 1e3,
             displacement_mm=displacement.value * 1e3,
-            temperature_c=to_celsius(believed.temperature_k),
-            gain=believed.gain,
-            drift_k_s=believed.drift_k_s,
-            bias_um=believed.bias_m * 1e6,
+            temperature_c=to_celsius(strip.temperature_k),
+            gain=strip.gain,
+            drift_k_s=strip.drift_k_s,
+            bias_um=strip.bias_m * 1e6,
             power_w=power_w,
         )
         return power_w

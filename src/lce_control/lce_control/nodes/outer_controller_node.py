@@ -3,18 +3,18 @@
 
 Subscribes  target_displacement   std_msgs/Float64, m, latched
             displacement          std_msgs/Float64, m
-            temperature           sensor_msgs/Temperature, °C: the integral waits until the strip is as hot as told
-Publishes   temperature_setpoint  sensor_msgs/Temperature, °C, 100 Hz; NaN: there is none
+            temperature           sensor_msgs/Temperature, °C: the integral rests far from the setpoint
+Publishes   temperature_setpoint  sensor_msgs/Temperature, °C, 100 Hz; NaN: no setpoint
 Calls       inverse_temperature   lce_interfaces/srv/InverseTemperature: the feed-forward, once for each target
 Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its gains taken as per millimetre
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
             follow_k              K, the integral rests while the strip is further than this from the setpoint
-            lower_c, upper_c      °C, range of the setpoint
-            displacement_timeout_s s, a displacement older than this counts as none
+            lower_c, upper_c      °C, limits of the setpoint
+            displacement_timeout_s s, a displacement older than this is ignored
 
-All can be set while it runs. A setpoint follows each displacement at once, and goes on at 100 Hz without. A target out
-of reach is refused, with the reachable range in the log and in /diagnostics; the one before it stays. There is no
-setpoint before the first target, nor without a fresh displacement.
+All parameters are live. The node publishes a setpoint at once after each displacement, and at 100 Hz if none comes. It
+refuses a target out of reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The
+setpoint is NaN before the first target and without a fresh displacement.
 """
 
 import math
@@ -24,11 +24,11 @@ from typing import Any, Final
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
+from lce_control.cascade import FOLLOW_K, OuterLoop
 from lce_control.filters import Sample
-from lce_control.loops import FOLLOW_K, OuterLoop
 from lce_control.nodes.controller_node import ControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
-from lce_control.nodes.target_node import Goal
+from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
 from lce_ros.conversions import to_celsius, to_kelvin, to_stamp
 from lce_ros.health import Level
@@ -47,10 +47,10 @@ class OuterController(ControllerNode):
         self.declare("upper_c", 110.0, "highest setpoint", unit="°C", lower=50.0, upper=250.0)
         self.declare("follow_k", FOLLOW_K, "distance to the setpoint at which the integral rests", unit="K",
                      lower=0.0, upper=1000.0)  # fmt: skip
-        self.declare("displacement_timeout_s", 0.1, "age of a displacement that is none", unit="s",
+        self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
                      lower=0.02, upper=1.0)  # fmt: skip
         self._outer = OuterLoop(declare_loop(self, TUNED, self._limits, "K", "m"))
-        self._goal = Goal(self)
+        self._target = TargetTracker(self)
         self._displacement: Sample | None = None
         self._temperature_k = math.nan
         self._setpoint = self.advertise(Temperature, "temperature_setpoint")
@@ -59,24 +59,24 @@ class OuterController(ControllerNode):
 
     def step(self, now_s: float) -> None:
         """Publish the setpoint for now."""
-        self._goal.look(now_s)
+        self._target.update(now_s)
         displacement, setpoint_k = self._displacement, math.nan
         if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._outer.reset()
-            self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: no setpoint")
-        elif not self._goal.exists:
+            self.report(Level.ERROR if self._target.exists else Level.OK, "no fresh displacement: no setpoint")
+        elif not self._target.exists:
             self.report(Level.OK, "no target: no setpoint")
         else:
             setpoint_k = self._follow(now_s, displacement)
-        if self._goal.refusal is not None:
-            self.report(Level.ERROR, self._goal.refusal)
+        if self._target.refusal is not None:
+            self.report(Level.ERROR, self._target.refusal)
         message = Temperature(temperature=to_celsius(setpoint_k))
         message.header.stamp = to_stamp(now_s)
         message.header.frame_id = "strip"
         self._setpoint.publish(message)
 
     def _follow(self, now_s: float, displacement: Sample) -> float:
-        target_m, feedforward_k = self._goal.target_m, self._goal.temperature_k
+        target_m, feedforward_k = self._target.target_m, self._target.temperature_k
         self._outer.follow_k = self.value("follow_k")
         setpoint_k = self._outer.step(now_s, target_m, feedforward_k, displacement, self._temperature_k)
         self.report(

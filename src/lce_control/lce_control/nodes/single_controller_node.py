@@ -4,15 +4,15 @@
 Subscribes  target_displacement   std_msgs/Float64, m, latched
             displacement          std_msgs/Float64, m
 Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
-Calls       inverse_temperature   lce_interfaces/srv/InverseTemperature: whether a target can be reached
+Calls       inverse_temperature   lce_interfaces/srv/InverseTemperature: checks that a target can be reached
 Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless set, taken as per millimetre
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
-            max_power_w           W, most that is commanded
-            displacement_timeout_s s, a displacement older than this counts as none
+            max_power_w           W, limit of the command
+            displacement_timeout_s s, a displacement older than this is ignored
 
-All can be set while it runs. A command follows each displacement at once, and goes on at 100 Hz without. A target out
-of reach is refused as by `outer_controller`. The command is zero without a target or a fresh displacement, and when the
-node ends.
+All parameters are live. The node publishes a command at once after each displacement, and at 100 Hz if none comes. It
+refuses a target out of reach as `outer_controller` does. The command is zero without a target or a fresh displacement,
+and when the node ends.
 """
 
 import math
@@ -24,7 +24,7 @@ from std_msgs.msg import Float64
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import ControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
-from lce_control.nodes.target_node import Goal
+from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
 from lce_ros.health import Level
 from lce_ros.node import run
@@ -38,11 +38,11 @@ class SingleController(ControllerNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("single_controller", **options)
-        self.declare("max_power_w", 2.0, "most that is commanded", unit="W", lower=0.0, upper=10.0)
-        self.declare("displacement_timeout_s", 0.1, "age of a displacement that is none", unit="s",
+        self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
+        self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
                      lower=0.02, upper=1.0)  # fmt: skip
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "m")
-        self._goal = Goal(self)
+        self._target = TargetTracker(self)
         self._displacement: Sample | None = None
         self._command = self.advertise(Float64, "laser/power_command")
         self.driven_by(Float64, "displacement", self._take_displacement)
@@ -54,24 +54,24 @@ class SingleController(ControllerNode):
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
-        self._goal.look(now_s)
+        self._target.update(now_s)
         displacement, power_w = self._displacement, 0.0
         if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._loop.reset()
-            self.report(Level.ERROR if self._goal.exists else Level.OK, "no fresh displacement: zero power")
-        elif not self._goal.exists:
+            self.report(Level.ERROR if self._target.exists else Level.OK, "no fresh displacement: zero power")
+        elif not self._target.exists:
             self.report(Level.OK, "no target: zero power")
         else:
-            power_w = self._loop.step(now_s, self._goal.target_m, displacement)
+            power_w = self._loop.step(now_s, self._target.target_m, displacement)
             self.report(
                 Level.OK,
                 "controlling",
-                target_mm=self._goal.target_m * 1e3,
+                target_mm=self._target.target_m * 1e3,
                 displacement_mm=displacement.value * 1e3,
                 power_w=power_w,
             )
-        if self._goal.refusal is not None:
-            self.report(Level.ERROR, self._goal.refusal)
+        if self._target.refusal is not None:
+            self.report(Level.ERROR, self._target.refusal)
         self._command.publish(Float64(data=power_w))
 
     def _take_displacement(self, message: Float64) -> None:

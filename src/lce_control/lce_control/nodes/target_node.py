@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which target a controller follows: what the nodes with a `target_displacement` share."""
+"""The target that a controller follows: shared by the nodes that subscribe to `target_displacement`."""
 
 import math
 from typing import Final
@@ -11,19 +11,20 @@ from lce_interfaces.srv import InverseTemperature
 from lce_ros.conversions import to_kelvin
 from lce_ros.node import BenchNode
 
-PATIENCE_S: Final = 1.0
+ANSWER_TIMEOUT_S: Final = 1.0
+"""The service is asked again if its answer takes longer [s]."""
 
 
-class Goal:
-    """The newest target that the strip can reach, and its temperature, both from the service inverse_temperature.
+class TargetTracker:
+    """The newest target that the strip can reach, and its temperature by the service `inverse_temperature`.
 
-    A target out of reach is refused: the one before it stays (before the first there is none), and ``refusal`` says
-    why, with the reachable range, until the next target comes.
+    A target out of reach is refused, and the target before it stays.
 
     Attributes
     ----------
-    target_m, temperature_k : NaN while there is none.
-    refusal : why the newest target is not followed; None where it is.
+    target_m : the target [m]; NaN before the first one.
+    temperature_k : its feed-forward temperature [K]; NaN before the first target.
+    refusal : why the newest target is refused, with the reachable range; None if it is followed.
     """
 
     def __init__(self, node: BenchNode) -> None:
@@ -34,7 +35,7 @@ class Goal:
         self._asked: Future | None = None
         self._asking_m = math.nan
         self._asked_s = -math.inf
-        node.listen(Float64, "target_displacement", self._hear, latched=True)
+        node.listen(Float64, "target_displacement", self._take_target, latched=True)
         self._client = node.create_client(InverseTemperature, "inverse_temperature")
 
     @property
@@ -42,9 +43,9 @@ class Goal:
         """Whether there is a target to follow."""
         return not math.isnan(self.target_m)
 
-    def look(self, t_s: float) -> None:
-        """Ask about a new target; to be called in every tick. An answer that does not come is asked for again."""
-        if self._asked is not None and not 0.0 <= t_s - self._asked_s < PATIENCE_S:
+    def update(self, t_s: float) -> None:
+        """Ask the service about a new target; to be called in every step, at ``t_s`` [s]."""
+        if self._asked is not None and not 0.0 <= t_s - self._asked_s < ANSWER_TIMEOUT_S:
             self._client.remove_pending_request(self._asked)
             self._asked = None
             if self._wanted_m is None:
@@ -57,7 +58,7 @@ class Goal:
         self._asked = self._client.call_async(InverseTemperature.Request(displacement=target_m))
         self._asked.add_done_callback(lambda future: self._answered(target_m, future.result()))
 
-    def _hear(self, message: Float64) -> None:
+    def _take_target(self, message: Float64) -> None:
         self._wanted_m = message.data
 
     def _answered(self, wanted_m: float, answer: InverseTemperature.Response) -> None:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller closed over a model of the strip, its sensors and its laser: the bench without its nodes, and faster."""
+"""A controller closed over a model of the strip, its sensors and its laser: faster than the nodes, and without ROS."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_control.filters import Sample
+from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_model import Model, Stepper
 
@@ -15,15 +17,20 @@ Floats = NDArray[np.float64]
 Controller = Callable[[float, Sample, Sample], float]
 """(t_s, displacement [m], temperature [K]) → power [W]; each sample has the time at which it was measured."""
 
-PERIOD_S = 0.01
+PERIOD_S: Final = 0.01
+"""Time between two commands [s], as in the nodes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """What the simulated bench's sensors do to the truth; zeros make them ideal.
+    """Noise and delay of the simulated sensors; zeros make them ideal. The defaults are those of simulated.yaml.
 
-    The distance sensor measures in every period of 10 ms; the camera in every ``camera_period_s``, its reading arrives
-    ``camera_latency_s`` later. Noise is Gaussian, the defaults are those of simulated.yaml.
+    Parameters
+    ----------
+    distance_noise_m : standard deviation of the Gaussian noise of the distance sensor [m]; it measures every 10 ms.
+    camera_noise_k : standard deviation of the Gaussian noise of the camera [K].
+    camera_period_s : time between two images [s].
+    camera_latency_s : time from an image to its arrival [s].
     """
 
     distance_noise_m: float = 4e-6
@@ -34,12 +41,24 @@ class Sensors:
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """What became of it: true series (n,) at 100 Hz; ``power_w`` is what shone from each time to the next."""
+    """The response of the strip: its true series at 100 Hz.
+
+    Attributes
+    ----------
+    time_s : (n,) [s].
+    power_w : (n,) applied from each time to the next [W].
+    temperature_k : (n,) [K].
+    displacement_m : (n,) [m].
+    """
 
     time_s: Floats
     power_w: Floats
     temperature_k: Floats
     displacement_m: Floats
+
+    def __getitem__(self, channel: Channel) -> Floats:
+        """The true series of a channel, (n,) [SI]."""
+        return {POWER: self.power_w, TEMPERATURE: self.temperature_k, DISPLACEMENT: self.displacement_m}[channel]
 
     @property
     def energy_j(self) -> float:
@@ -56,10 +75,22 @@ def run(
     max_power_w: float = 2.0,
     changes: Sequence[tuple[float, Model]] = (),
 ) -> ClosedLoop:
-    """Let a controller act on a strip for ``duration_s`` [s], from rest, or on a Stepper from where it is.
+    """Let a controller act on a strip.
 
-    Powers are limited to [0, ``max_power_w``], as by the laser node. From each time of ``changes`` on, the strip has
-    the parameters of the model beside it (of the same terms): a disturbance. The same seed has the same noise.
+    Parameters
+    ----------
+    strip : a Model starts from rest, a Stepper from its present state.
+    control : gives the power [W] in every period; limited to [0, ``max_power_w``], as by the laser node.
+    duration_s : how long [s].
+    sensors : their noise and delay.
+    seed : of the noise; the same seed gives the same noise.
+    max_power_w : limit of the laser [W].
+    changes : disturbances; from each time [s] on, the strip has the parameters of the model beside it.
+
+    Raises
+    ------
+    LceError
+        If the duration or the camera's period is shorter than 10 ms, or a change has other terms than the strip.
     """
     if isinstance(strip, Model):
         strip = Stepper(strip)

@@ -19,16 +19,26 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 OMEGA: Final[Floats] = np.geomspace(1e-3, math.pi / PERIOD_S, 201)
-"""Where responses are known [rad/s], up to what a controller of 100 Hz can do."""
+"""(201,) frequencies of all responses [rad/s], up to the Nyquist frequency of a controller of 100 Hz."""
 AGE_S: Final = 1.5 * PERIOD_S
-"""Delay of a command: its way through the nodes, and half the time for which it holds."""
-SETTLED_S: Final = 5000.0
-NUDGE: Final = 0.01
+"""Delay of a command [s]: its way through the nodes, and half the time for which it holds."""
+STEADY_S: Final = 5000.0
+"""Time after which the strip is as warm as it gets [s]."""
+STEP_SHARE: Final = 0.01
+"""Size of the step from which the strip is linearised, over the power before it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """Gain margin (a factor) and phase margin [degrees], infinite where there is no crossover; crossover [rad/s]."""
+    """Stability margins of an open loop.
+
+    Attributes
+    ----------
+    gain : gain margin, a factor.
+    phase_deg : phase margin [degrees].
+    crossover_rad_s : frequency at which the gain is 1 [rad/s]. Without one it is NaN; the margins are then infinite for
+        a gain below 1, and 0 and -180 for a gain above 1 at all frequencies.
+    """
 
     gain: float
     phase_deg: float
@@ -36,22 +46,25 @@ class Margins:
 
 
 def margins(open_loop: Complex) -> Margins:
-    """Margins of an open loop known at ``OMEGA`` (python-control)."""
+    """Margins of an open loop (201,) known at ``OMEGA``, by python-control."""
     gain, phase, _, _, crossover, _ = control.stability_margins(control.FRD(open_loop, OMEGA, smooth=True))
     if math.isfinite(crossover):
         return Margins(float(gain), float(phase), float(crossover))
-    # Without a crossover it is quiet everywhere, or still loud where a sampled controller ends.
-    quiet = bool(np.abs(open_loop[-1]) < 1.0)
-    return Margins(float(gain) if quiet else 0.0, math.inf if quiet else -180.0, math.nan)
+    # Without a crossover the gain is below 1 at all frequencies, or above 1 up to the Nyquist frequency.
+    below = bool(np.abs(open_loop[-1]) < 1.0)
+    return Margins(float(gain) if below else 0.0, math.inf if below else -180.0, math.nan)
 
 
 @dataclass(frozen=True)
-class Plant:
-    """A strip near a state that it can be held in.
+class LinearPlant:
+    """A strip linearised at a power that holds it in a steady state.
 
-    response : temperature over power [K/W] at ``OMEGA``.
-    slope_m_k : displacement over temperature [m/K], the steepest that a loop meets.
-    gain_k_w, tau_s : static gain, and the time in which a step has come to 63 %.
+    Attributes
+    ----------
+    response : (201,) temperature over power at ``OMEGA`` [K/W].
+    slope_m_k : displacement over temperature, the steepest that a loop meets [m/K].
+    gain_k_w : static gain [K/W].
+    tau_s : time in which a step has come to 63 % [s].
     """
 
     response: Complex
@@ -60,16 +73,28 @@ class Plant:
     tau_s: float
 
     @classmethod
-    def of(cls, model: Model, power_w: float, displacement_m: tuple[float, float]) -> "Plant":
-        """From the answer to a small step up from ``power_w`` [W]; the slope within a range of displacements [m]."""
-        after = np.concatenate([[0.0], np.geomspace(0.1 * PERIOD_S, SETTLED_S, 10000)])
-        time = np.concatenate([after, SETTLED_S + 1.0 + after])
-        power = np.where(time <= SETTLED_S, power_w, (1.0 + NUDGE) * power_w)
-        answer = simulate(model, time, power).temperature_k[after.size :]
-        rise = (answer - answer[0]) / (NUDGE * power_w)
+    def of(cls, model: Model, power_w: float, displacement_m: tuple[float, float]) -> "LinearPlant":
+        """Linearise a model.
+
+        Parameters
+        ----------
+        model : a model with a thermal and a deformation stage.
+        power_w : operating point [W]; the response is that to a small step up from it.
+        displacement_m : range of displacements [m] within which the slope is the steepest.
+
+        Raises
+        ------
+        LceError
+            If the strip does not get warmer with more power.
+        """
+        after = np.concatenate([[0.0], np.geomspace(0.1 * PERIOD_S, STEADY_S, 10000)])
+        time = np.concatenate([after, STEADY_S + 1.0 + after])
+        power = np.where(time <= STEADY_S, power_w, (1.0 + STEP_SHARE) * power_w)
+        temperature_k = simulate(model, time, power).temperature_k[after.size :]
+        rise = (temperature_k - temperature_k[0]) / (STEP_SHARE * power_w)
         if not rise[-1] > 0.0:
             raise LceError(f"the strip does not get warmer with more than {power_w:g} W: nothing can be tuned on it")
-        # Transform of the slope of a rise that runs straight between its samples.
+        # Fourier transform of the slope of a rise that is straight between its samples.
         middle, width = 0.5 * (after[1:] + after[:-1]), np.diff(after)
         straight = np.sinc(np.outer(OMEGA, width) / (2.0 * math.pi))
         response = (np.exp(-1j * np.outer(OMEGA, middle)) * straight) @ np.diff(rise)
@@ -77,12 +102,12 @@ class Plant:
         return cls(response, _steepest(model, displacement_m), float(rise[-1]), tau_s)
 
     def inner(self, gains: Gains, filter_s: float, sensors: Sensors) -> Complex:
-        """Open inner loop: (6.2), filter, camera, power to temperature. The age of a sample counts as a delay."""
+        """Open inner loop (201,): (6.2), filter, camera, power to temperature. The age of a sample is a delay."""
         age_s = sensors.camera_latency_s + 0.5 * sensors.camera_period_s + AGE_S
         return _controller(gains, filter_s, age_s) * self.response
 
     def outer(self, gains: Gains, inner_gains: Gains, filter_s: float, sensors: Sensors) -> Complex:
-        """Open outer loop: (6.9), filter, the closed inner loop from its setpoint, temperature to displacement.
+        """Open outer loop (201,): (6.9), filter, the closed inner loop from its setpoint, temperature to displacement.
 
         Filter and age of the camera are in the feedback of the inner loop; its setpoint becomes power at once.
         """
@@ -91,7 +116,7 @@ class Plant:
         return _controller(gains, filter_s, AGE_S) * closed * self.slope_m_k
 
     def single(self, gains: Gains, filter_s: float) -> Complex:
-        """Open single loop: PID, filter, power to displacement."""
+        """Open single loop (201,): PID, filter, power to displacement."""
         return _controller(gains, filter_s, AGE_S) * self.response * self.slope_m_k
 
 
@@ -101,7 +126,7 @@ def _controller(gains: Gains, filter_s: float, delay_s: float) -> Complex:
 
 
 def _pid(gains: Gains, proportional: float = 1.0, derivative: float = 1.0) -> Complex:
-    """From what is measured, or, with the weights of the setpoint, from that."""
+    """Response of (6.2) to the measured value, or, with the weights of the setpoint, to the setpoint."""
     s = 1j * OMEGA
     return np.asarray(proportional * gains.kp + gains.ki / s + derivative * gains.kd * gains.n * s / (s + gains.n))
 

@@ -15,7 +15,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from scipy.optimize import Bounds, NonlinearConstraint, OptimizeResult, differen
 
 from lce_control.pid import Gains
 from lce_control.tuning.linear import Complex, margins
+from lce_control.tuning.options import TuneOptions
 from lce_control.tuning.requirements import (
     STEP_FIGURES,
     Parameters,
@@ -38,18 +38,18 @@ from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
 
-GENERATIONS, CANDIDATES, DOWNHILL = 8, 6, 250
-"""Of the evolution, candidates in each for every axis; tries of Nelder–Mead on the model."""
-SIMPLEX: Final = 0.2
-"""First steps of Nelder–Mead: 20 % of each axis, up and down in turn."""
-DIGITS: Final = 3
-
 
 @dataclass(frozen=True)
 class Task:
-    """A controller to tune: the steps it makes with given parameters, and its open loops.
+    """A controller to tune.
 
-    ``box`` holds the axes of the search as NODE.AXIS: kp, ti, td, n, kp always; and within which the evolution looks.
+    Parameters
+    ----------
+    name : of the controller.
+    box : bounds of the axes of the search, within which the evolution looks. An axis is named NODE.AXIS, with the axes
+        kp [unit of the output / unit of the input], ti [s], td [s] and n [1/s]; a node with any has kp.
+    steps : the step responses under given gains.
+    open_loops : the linearised open loops under given gains, (201,) each, by name.
     """
 
     name: str
@@ -68,76 +68,113 @@ def gains_of(parameters: Mapping[str, float]) -> Gains:
 
 
 def search(
-    task: Task, wanted: Requirements, progress: Progress, seed: int = 0, guess: Parameters | None = None
+    task: Task, wanted: Requirements, options: TuneOptions, progress: Progress, guess: Parameters | None = None
 ) -> Tuned:
-    """The parameters with the smallest J that meet the requirements; LceError where none are found.
+    """Find the parameters with the smallest J that meet the requirements.
 
-    A ``guess`` takes the place of the evolution.
+    Parameters
+    ----------
+    task : what is tuned.
+    wanted : the requirements.
+    options : how it is searched.
+    progress : called after each candidate, with the smallest J so far; what it raises ends the search.
+    guess : parameters to begin with, in the place of the evolution.
+
+    Raises
+    ------
+    LceError
+        If no candidate meets the requirements; it names every figure that the best one misses.
     """
-    tries = _evolved(task, wanted, progress, seed) if guess is None else []
+    tries = _evolve(task, wanted, options, progress) if guess is None else []
     start = guess if guess is not None else _best(tries, wanted).parameters
-    return _checked([*tries, *_downhill(task, start, wanted, progress, "downhill", DOWNHILL)], wanted)
+    label = f"{task.name} downhill"
+    tries += _descend(task, start, wanted, options, options.local_tries, label, progress)
+    return _checked(tries, wanted)
 
 
-def refine(task: Task, start: Tuned, wanted: Requirements, progress: Progress, experiments: int) -> Tuned:
-    """Go on from gains of a search in the experiment, whose steps the task makes; LceError as `search`."""
-    return _checked(_downhill(task, start.parameters, wanted, progress, "on the bench", experiments), wanted)
+def refine(task: Task, start: Tuned, wanted: Requirements, options: TuneOptions, progress: Progress) -> Tuned:
+    """Go on from the gains of a search in an experiment, which makes the steps of the task.
+
+    Parameters
+    ----------
+    task : its steps are those of the experiment.
+    start : the result of the search.
+    wanted, progress : as of :func:`search`.
+    options : of it ``experiments``, ``first_step`` and ``digits``.
+
+    Raises
+    ------
+    LceError
+        If no experiment meets the requirements; it names every figure that the best one misses.
+    """
+    label = f"{task.name} in the experiment"
+    tries = _descend(task, start.parameters, wanted, options, options.experiments, label, progress)
+    return _checked(tries, wanted)
 
 
-def _evolved(task: Task, wanted: Requirements, progress: Progress, seed: int) -> list[Tuned]:
-    """Every candidate of a differential evolution whose loops were closed."""
+def _evolve(task: Task, wanted: Requirements, options: TuneOptions, progress: Progress) -> list[Tuned]:
+    """Every candidate of a differential evolution whose step responses were computed."""
+    computed: list[Tuned] = []
+    generation, best_itae = 0, math.nan
 
     @cache
     def candidate(x: tuple[float, ...]) -> Tuned:
-        return task.tuned(_parameters(task, x))
-
-    closed: list[Tuned] = []
+        progress(task.name, generation, options.generations, best_itae)
+        return task.tuned(_parameters(task, x, options.digits))
 
     def error(x: Floats) -> float:
         return candidate(tuple(x)).itae
 
     def constraints(x: Floats) -> list[float]:
-        # The margins cost next to nothing: only a loop that has them is closed.
-        loops = task.open_loops(_parameters(task, tuple(x)))
+        # The margins cost next to nothing: the steps are only computed for a loop that has them.
+        loops = task.open_loops(_parameters(task, tuple(x), options.digits))
         stable = missing_margins({name: margins(loop) for name, loop in loops.items()}, wanted)
         if max(stable.values()) > 0.0:
             return [*stable.values(), *dict.fromkeys(STEP_FIGURES, 1.0).values()]
-        closed.append(candidate(tuple(x)))
-        return [*stable.values(), *missing_figures(closed[-1].steps, wanted).values()]
+        computed.append(candidate(tuple(x)))
+        return [*stable.values(), *missing_figures(computed[-1].steps, wanted).values()]
 
-    def told(intermediate_result: OptimizeResult) -> None:  # scipy passes it by this name
-        progress(task.name, int(intermediate_result.nit), GENERATIONS, float(intermediate_result.fun))
+    def note(intermediate_result: OptimizeResult) -> None:  # scipy passes it by this name
+        nonlocal generation, best_itae
+        generation, best_itae = int(intermediate_result.nit), float(intermediate_result.fun)
+        progress(task.name, generation, options.generations, best_itae)
 
-    progress(task.name, 0, GENERATIONS, math.nan)
     found = differential_evolution(
         error,
         Bounds(*np.log(np.array(list(task.box.values()))).T),
         constraints=NonlinearConstraint(constraints, -np.inf, 0.0),
-        maxiter=GENERATIONS,
-        popsize=CANDIDATES,
+        maxiter=options.generations,
+        popsize=options.candidates,
         init="sobol",
-        rng=np.random.default_rng(seed),
+        rng=np.random.default_rng(options.seed),
         polish=False,
-        callback=told,
+        callback=note,
     )
-    return [*closed, candidate(tuple(found.x))]
+    return [*computed, candidate(tuple(found.x))]
 
 
-def _downhill(
-    task: Task, start: Parameters, wanted: Requirements, progress: Progress, where: str, tries: int
+def _descend(
+    task: Task,
+    start: Parameters,
+    wanted: Requirements,
+    options: TuneOptions,
+    max_tries: int,
+    label: str,
+    progress: Progress,
 ) -> list[Tuned]:
-    """Every try of Nelder–Mead; what is missed of the requirements counts as error."""
-    done: list[Tuned] = []
+    """Every try of Nelder–Mead. What a try misses of the requirements is added to its error."""
+    tries: list[Tuned] = []
 
     def error(x: Floats) -> float:
-        done.append(task.tuned(_parameters(task, tuple(x))))
-        progress(f"{task.name} {where}", len(done), tries, _best(done, wanted).itae)
-        return _cost(done[-1], wanted)
+        tries.append(task.tuned(_parameters(task, tuple(x), options.digits)))
+        progress(label, len(tries), max_tries, _best(tries, wanted).itae)
+        return _cost(tries[-1], wanted)
 
     first = _axes(task, start)
-    simplex = np.vstack([first, first + SIMPLEX * np.diag(np.where(np.arange(first.size) % 2, -1.0, 1.0))])
-    minimize(error, first, method="Nelder-Mead", options={"maxfev": tries, "initial_simplex": simplex})
-    return done
+    up_and_down = np.where(np.arange(first.size) % 2, -1.0, 1.0)
+    simplex = np.vstack([first, first + options.first_step * np.diag(up_and_down)])
+    minimize(error, first, method="Nelder-Mead", options={"maxfev": max_tries, "initial_simplex": simplex})
+    return tries
 
 
 def _cost(tuned: Tuned, wanted: Requirements) -> float:
@@ -145,7 +182,7 @@ def _cost(tuned: Tuned, wanted: Requirements) -> float:
 
 
 def _best(tries: Sequence[Tuned], wanted: Requirements) -> Tuned:
-    """The smallest J that meets the requirements, or what misses the least of them."""
+    """The smallest J that meets the requirements; if none does, the one that misses least."""
     return min(tries, key=lambda t: (max(missing(t, wanted).values()) > 0.0, _cost(t, wanted)))
 
 
@@ -155,25 +192,25 @@ def _checked(tries: Sequence[Tuned], wanted: Requirements) -> Tuned:
     return replace(best, evaluations=len(tries))
 
 
-def _parameters(task: Task, x: Sequence[float]) -> Parameters:
-    """ROS parameters, rounded, of a point of a search."""
+def _parameters(task: Task, x: Sequence[float], digits: int) -> Parameters:
+    """ROS parameters, rounded, at a point of the search."""
     axes: dict[str, dict[str, float]] = {}
     for name, value in zip(task.box, np.exp(x).tolist(), strict=True):
         node, _, axis = name.partition(".")
         axes.setdefault(node, {})[axis] = value
-    return {node: _gains(own) for node, own in axes.items()}
+    return {node: _rounded_gains(own, digits) for node, own in axes.items()}
 
 
-def _gains(axes: Mapping[str, float]) -> dict[str, float]:
+def _rounded_gains(axes: Mapping[str, float], digits: int) -> dict[str, float]:
     kp = axes["kp"]
     exact = {"kp": kp, "ki": kp / axes["ti"], "kd": kp * axes["td"]}
     if "n" in axes:
         exact["n"] = axes["n"]
-    return {name: float(f"{x:.{DIGITS}g}") for name, x in exact.items()}
+    return {name: float(f"{x:.{digits}g}") for name, x in exact.items()}
 
 
 def _axes(task: Task, parameters: Parameters) -> Floats:
-    """The point of a search at which parameters are."""
+    """The point of the search that belongs to parameters."""
     found = []
     for name in task.box:
         node, _, axis = name.partition(".")

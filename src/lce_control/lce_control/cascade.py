@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Control loops: a filter and a PID, and two of them as the cascade of Fig. 6.2."""
+"""Control loops: a filter with a PID, and two of them as the cascade of Fig. 6.2 of Wu (2021)."""
 
 import math
 from typing import Final
@@ -8,14 +8,14 @@ from lce_control.filters import LowPass, Sample
 from lce_control.pid import PID, Gains, Limits
 
 FOLLOW_K: Final = 2.0
-"""Of the outer loop: well above the camera's noise, well below the way to a target [K]."""
+"""Default distance of the outer loop [K]: well above the camera's noise, well below the way to a target."""
 
 
 class Loop:
     """One closed loop: (6.1) in the feedback, (6.2) or (6.9) as the controller.
 
-    By itself, from displacement [m] to power [W], it is the single loop of §6.5.3; the inner loop of the cascade goes
-    from temperature [K] to power [W], the outer one from displacement [m] to a temperature [K].
+    From displacement [m] to power [W] it is the single loop of §6.5.3. In the cascade, the inner loop goes from
+    temperature [K] to power [W] and the outer loop from displacement [m] to a temperature setpoint [K].
     """
 
     def __init__(self, pid: PID, feedback: LowPass) -> None:
@@ -23,17 +23,17 @@ class Loop:
 
     @classmethod
     def of(cls, gains: Gains, limits: Limits, filter_s: float = 0.1) -> "Loop":
-        """A loop of gains, limits of the output and T_f [s]."""
+        """A loop with these gains, limits of the output, and time constant T_f [s] of the feedback filter."""
         return cls(PID(gains, limits), LowPass(filter_s))
 
     def step(
         self, t_s: float, setpoint: float, measured: Sample, feedforward: float = 0.0, integrate: bool = True
     ) -> float:
-        """Output at ``t_s`` [s]; see PID.step."""
+        """Output at ``t_s`` [s]; see :meth:`PID.step`."""
         return self.pid.step(t_s, setpoint, self.feedback.step(measured), feedforward, integrate)
 
     def reset(self, output: float | None = None) -> None:
-        """Forget the past; see PID.reset."""
+        """Forget the past; see :meth:`PID.reset`."""
         self.feedback.reset()
         self.pid.reset(output)
 
@@ -43,9 +43,9 @@ class OuterLoop:
 
         T_d = inverse(d_d) + C_out (d_d - d),  within the limits of the PID
 
-    ``inverse`` is the feed-forward of §6.4, from the chart of the model, and an argument here. The integral of C_out
-    corrects what the chart gets wrong, which only shows once the strip is as hot as it was told: it rests while the
-    strip is further than ``follow_k`` [K] from the setpoint (the power is at its limit, or the strip is on its way).
+    ``inverse`` is the feed-forward of §6.4, from the chart of the model; here its result is an argument. The integral
+    of C_out corrects the errors of the chart, which only show once the strip is as hot as its setpoint. It rests while
+    the strip is further than ``follow_k`` [K] from the setpoint: the power is at its limit, or the strip is on its way.
     """
 
     def __init__(self, loop: Loop, follow_k: float = FOLLOW_K) -> None:
@@ -66,7 +66,9 @@ class OuterLoop:
 class Cascade:
     """Fig. 6.2 as a whole: outer PID beside the feed-forward, then the inner PID, from displacement to power.
 
-    ``setpoint_k`` is the temperature that the last step asked for [K].
+    Attributes
+    ----------
+    setpoint_k : temperature setpoint of the last step [K]; NaN before the first.
     """
 
     def __init__(self, outer: OuterLoop, inner: Loop) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from lce_control.step_metrics import step_metrics
-from lce_control.time_optimal import bang_bang
+from lce_control.tuning.bang_bang import bang_bang
 from lce_model import Stepper, default_model, simulate
 
 STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0, "stretch_law.alpha": 2.2})

@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The modes of control as plain objects that follow a target: what their nodes do together, without ROS."""
+"""Reference controllers: a mode of control as one plain object, which does what its nodes do together, without ROS."""
 
 from collections.abc import Callable
 
+from lce_control.cascade import Cascade, Loop, OuterLoop
 from lce_control.filters import Sample
-from lce_control.loops import Cascade, Loop, OuterLoop
 from lce_model import Model
 from lce_model.inverse import temperature_from_here_k
 
-Follower = Callable[[float, float, Sample, Sample], float]
-"""(t_s, target [m], displacement [m], temperature [K]) → power [W]; ModelController.step is one too."""
+ReferenceController = Callable[[float, float, Sample, Sample], float]
+"""(t_s, target [m], displacement [m], temperature [K]) → power [W]; `ModelController.step` is one too."""
 
 
 class DoubleLoop:
-    """Fig. 6.2 with its feed-forward: for each new target, the temperature from where the strip is.
+    """Fig. 6.2 of Wu (2021) as `feedforward` (branch: actual), `outer_controller` and `inner_controller` do it.
 
-    As `feedforward` (branch: actual), `outer_controller` and `inner_controller` do it; reversals of the measured
-    temperature smaller than ``deadband_k`` [K] are noise. OutOfReach for a target that ``model`` does not reach.
+    Parameters
+    ----------
+    model : gives the feed-forward of each new target, from the present state of the strip.
+    outer, inner : the loops of the cascade.
+    deadband_k : reversals of the measured temperature smaller than this are noise [K].
     """
 
     def __init__(self, model: Model, outer: OuterLoop, inner: Loop, deadband_k: float = 0.3) -> None:
@@ -27,7 +30,7 @@ class DoubleLoop:
         self._feedforward_k = 0.0
 
     def step(self, t_s: float, target_m: float, displacement: Sample, temperature: Sample) -> float:
-        """Power [W] at ``t_s`` [s]."""
+        """Power [W] at ``t_s`` [s]; raises OutOfReach for a target that the model does not reach."""
         if not self._past or temperature.t_s > self._past[-1].t_s:
             self._past.append(temperature)
         if target_m != self._target_m:
@@ -38,7 +41,7 @@ class DoubleLoop:
 
 
 class SingleLoop:
-    """The single loop of §6.5.3, as `single_controller` does it: the temperature is not looked at."""
+    """The single loop of §6.5.3, as `single_controller` does it; it ignores the temperature."""
 
     def __init__(self, loop: Loop) -> None:
         self.loop = loop

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
+from lce_control.cascade import Cascade, Loop, OuterLoop
 from lce_control.filters import Sample
-from lce_control.loops import Cascade, Loop, OuterLoop
 from lce_control.pid import Gains, Limits
 from lce_control.tuning.closed_loop import Controller, Sensors, run
 from lce_model import default_model
