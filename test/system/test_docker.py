@@ -16,8 +16,6 @@ from run_command import read, until
 from lce_experiment import registry
 from lce_ros.testing import Graph
 
-pytestmark = pytest.mark.alone
-
 DOCKER = Path(__file__).resolve().parents[2] / "docker"
 SOURCES = DOCKER.parent / "src"
 JOB = "experiment_player"
@@ -79,6 +77,7 @@ def test_the_stages_follow_one_another_and_no_package_is_forgotten() -> None:
     assert re.search(r"^USER (?!0|root)", text, re.M)
 
 
+@pytest.mark.alone
 def test_the_services_commands_record_an_experiment(tmp_path: Path, bench: Graph) -> None:
     """As the containers would run them, in a folder where /bench/runs would be."""
 

@@ -14,8 +14,6 @@ from run_command import experiment, read
 from lce_experiment import registry
 from lce_ros.testing import Graph
 
-pytestmark = pytest.mark.alone
-
 ROOT = Path(__file__).resolve().parents[2]
 BRINGUP = ROOT / "src" / "lce_bringup"
 LAUNCH_FILES = sorted((BRINGUP / "launch").glob("*.launch.py"))
@@ -104,6 +102,7 @@ def test_the_launch_file_of_control_knows_every_mode() -> None:
     assert f"choices={[*registry.CONTROLLERS]}".replace("'", '"') in text
 
 
+@pytest.mark.alone
 @needs_launch
 def test_an_experiment_is_launched_and_recorded(bench: Graph, tmp_path: Path) -> None:
     """`ros2 launch` for real: the bench comes up, plays, and goes down with a finished bag."""

@@ -12,8 +12,6 @@ from run_command import experiment, lce, read, started, until, values
 from lce_app.cli import main as cli
 from lce_experiment import protocols, recording
 
-pytestmark = pytest.mark.alone
-
 PROTOCOL = "hold:power=1.5,hold=3,rest=2"
 POWER, TEMPERATURE, DISPLACEMENT = "/lce/laser/power", "/lce/temperature", "/lce/displacement"
 NOISE = {TEMPERATURE: 0.06, DISPLACEMENT: 4e-6}
@@ -89,6 +87,7 @@ def test_fast_keeps_every_tick(fast: Path) -> None:
             np.testing.assert_allclose(np.diff(times[:-1]), 0.01, atol=1e-9, err_msg=topic)
 
 
+@pytest.mark.alone
 def test_real_time_equals_fast_within_the_sensor_noise(fast: Path, realtime: Path) -> None:
     assert not any(experiment(realtime)["lost"].values())
     for topic, noise in NOISE.items():
@@ -110,6 +109,7 @@ def _since_light(bag: Path, topic: str) -> tuple[np.ndarray, np.ndarray]:
     return times - light_s, numbers
 
 
+@pytest.mark.alone
 def test_real_time_begins_and_ends_dark_with_everything_heard(realtime: Path) -> None:
     times, power = values(realtime, POWER)
     assert power[0] == 0 and power[-1] == 0
@@ -117,6 +117,7 @@ def test_real_time_begins_and_ends_dark_with_everything_heard(realtime: Path) ->
     assert all(read(realtime)[topic][0][0] < began for topic in (POWER, TEMPERATURE, DISPLACEMENT))
 
 
+@pytest.mark.alone
 def test_ctrl_c_keeps_what_was_recorded(tmp_path: Path) -> None:
     with started("run", PROTOCOL, "--out", str(tmp_path / "bag")) as run:
         until(lambda: _light_is_on(tmp_path / "bag"), "light")
@@ -140,6 +141,7 @@ def test_ctrl_c_keeps_a_fast_run_too(tmp_path: Path) -> None:
     assert values(tmp_path / "bag", POWER)[1].max() == 1.0
 
 
+@pytest.mark.alone
 def test_nodes_do_not_outlive_a_killed_run(tmp_path: Path) -> None:
     with started("run", PROTOCOL, "--out", str(tmp_path / "bag")) as run:
         until(lambda: _light_is_on(tmp_path / "bag"), "light")
@@ -148,6 +150,7 @@ def test_nodes_do_not_outlive_a_killed_run(tmp_path: Path) -> None:
     assert values(tmp_path / "bag", POWER)[1].max() == 1.5
 
 
+@pytest.mark.alone
 def test_a_node_that_dies_is_named_and_the_bag_is_finished(tmp_path: Path) -> None:
     with started("run", PROTOCOL, "--out", str(tmp_path / "bag")) as run:
         until(lambda: _light_is_on(tmp_path / "bag"), "light")
@@ -162,7 +165,7 @@ def test_a_node_that_dies_is_named_and_the_bag_is_finished(tmp_path: Path) -> No
     assert power.max() == 1.5 and power[-1] == 0
 
 
-@pytest.mark.parametrize("mode", [["--fast"], []], ids=["fast", "realtime"])
+@pytest.mark.parametrize("mode", [["--fast"], pytest.param([], marks=pytest.mark.alone)], ids=["fast", "realtime"])
 def test_a_fault_of_the_laser_ends_a_run(tmp_path: Path, mode: list[str]) -> None:
     done = lce("run", "hold:power=2,hold=60,rest=0", "--set", "lumped.gain=300", "--out", str(tmp_path / "bag"), *mode)
     assert done.returncode == 1

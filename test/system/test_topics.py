@@ -11,8 +11,6 @@ from std_msgs.msg import Float64
 
 from lce_ros.testing import Graph
 
-pytestmark = pytest.mark.alone
-
 CONTRACT = {
     "/lce/laser/power_command": ("std_msgs/msg/Float64", 100.0),
     "/lce/laser/power": ("std_msgs/msg/Float64", 100.0),
@@ -64,6 +62,7 @@ def test_every_node_diagnoses_itself(bag: Path) -> None:
     assert {f"/lce/{name}" for name in nodes} <= names
 
 
+@pytest.mark.alone
 def test_the_player_waits_for_the_laser_then_plays_and_ends(bench: Graph) -> None:
     player = bench.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=1,rest=0.5")
     node = bench.probe("someone_else")

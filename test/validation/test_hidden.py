@@ -45,7 +45,7 @@ def test_everything_hidden_changes_what_is_measured(name: str) -> None:
 @pytest.mark.timeout(300)  # twenty seconds on a machine to itself
 @pytest.mark.parametrize(
     ("hidden", "seed", "verdict"),
-    [((), 0, "adequate"), (("laser_droop",), 0, "missing"), (("laser_hops",), 2, "unexplained")],
+    [((), 0, "adequate"), (("laser_droop",), 0, "missing")],
 )
 def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
     hidden: tuple[str, ...], seed: int, verdict: str
