@@ -3,8 +3,7 @@
 
 The one suite that measures the wall clock. What it holds is a promise about real time, to somebody in front of a real
 laser: the operating system, the middleware and the scheduler are part of it, and simulated time would leave them out.
-It therefore runs alone. kill -9 of the laser itself is in test_strip_chain.py (the strip) and test_labjack.py (the
-device's watchdog).
+It therefore runs alone. What the device's own watchdog does after kill -9 of the laser is in test_labjack.py.
 """
 
 import os
@@ -23,6 +22,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from lce_experiment import registry
+from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph
 from lce_ros.testing import graph as ros_graph
 
@@ -157,6 +157,21 @@ def test_the_end_of_any_node_of_a_run_is_zero_power(tmp_path: Path, spec: regist
         finally:
             bench.close()
     assert lit_s < LIMIT_S, f"light for {lit_s * 1e3:.0f} ms after the end of {spec.name}"
+
+
+def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
+    laser = bench.start(registry.LASER.module, temperature_required="false")
+    bench.add(registry.SIMULATOR.load())
+    probe = bench.probe()
+    commands = probe.advertise(Float64, "laser/power_command")
+    probe.every(0.01, lambda: commands.publish(Float64(data=2.0)))
+    truth = bench.hear(Temperature, "sim/temperature", probe)
+    bench.until(lambda: truth.messages and truth.messages[-1].temperature > 29.0, 20.0, "a warm strip")
+    killed_s = probe.now_s()
+    bench.kill(laser)
+    bench.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, what="cooling")
+    warmest = max(truth.messages, key=lambda m: m.temperature)
+    assert from_stamp(warmest.header.stamp) - killed_s < LIMIT_S
 
 
 def _domain(pid: int) -> int:

@@ -99,7 +99,7 @@ def test_the_node_publishes_what_the_camera_sees(bench: Graph) -> None:
     bench.add(ThermalCamera, device="flir", **{f"flir.{k}": v for k, v in settings.items()})
     bench.until(lambda: len(heard) >= 5)
     ages_s = [t - from_stamp(m.header.stamp) for t, m in zip(heard.times_s, heard.messages, strict=True)]
-    assert all(0.03 <= age < 0.2 for age in ages_s)
+    assert all(age >= 0.03 for age in ages_s), "stamped with the time of acquisition"
 
 
 def test_a_camera_that_is_not_there_is_a_fault_that_names_it() -> None:

@@ -41,7 +41,7 @@ def test_a_driver_loads_no_simulation(module: str) -> None:
     assert loaded(f"import {module}") == []
 
 
-@pytest.mark.alone
+@pytest.mark.ros
 @pytest.mark.parametrize(
     ("module", "factory", "device"),
     [

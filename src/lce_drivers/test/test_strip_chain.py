@@ -110,21 +110,6 @@ def test_real_time_is_simulated_time_within_the_noise(bench: Graph) -> None:
     assert error_k.std() < 0.1 and abs(error_k.mean()) < 0.05
 
 
-def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
-    laser = bench.start("lce_drivers.laser.laser_node", temperature_required="false")
-    bench.add(Simulator)
-    probe = bench.probe()
-    commands = probe.advertise(Float64, "laser/power_command")
-    probe.every(0.01, lambda: commands.publish(Float64(data=2.0)))
-    truth = bench.hear(Temperature, "sim/temperature", probe)
-    bench.until(lambda: truth.messages and truth.messages[-1].temperature > 29.0, 20.0, "a warm strip")
-    killed_s = probe.now_s()
-    bench.kill(laser)
-    bench.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, what="cooling")
-    warmest = max(truth.messages, key=lambda m: m.temperature)
-    assert from_stamp(warmest.header.stamp) - killed_s < 0.2
-
-
 def test_the_strip_is_silent_until_it_has_found_a_laser(bench: Graph) -> None:
     bench.add(Simulator, sim_time=True)
     probe = bench.probe(sim_time=True)

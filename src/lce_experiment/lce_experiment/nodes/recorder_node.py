@@ -123,7 +123,10 @@ class Recorder(BenchNode):
         if len(type_name.split("/")) != 3:
             raise LceError(f"recorder: topic {entry!r} has no type here; write it as 'NAME pkg/msg/Type'")
         package, _, message = message_type(type_name).name.split("/")
-        kind = getattr(importlib.import_module(f"{package}.msg"), message)
+        try:
+            kind = getattr(importlib.import_module(f"{package}.msg"), message)
+        except (ImportError, AttributeError):
+            raise LceError(f"recorder: message type {type_name} is not installed") from None
         return _Stream(topic, self.resolve_topic_name(topic), type_name, kind)
 
     def _record(self, stream: _Stream) -> None:
