@@ -28,8 +28,9 @@ has_camera() {
 
 apt_install() {
     [[ $EUID -eq 0 ]] && type -P apt-get > /dev/null || return
-    local words=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=60 install -y --no-install-recommends "$@")
-    quietly "${words[@]}" || { quietly apt-get update && quietly "${words[@]}"; }
+    local options=(-o DPkg::Lock::Timeout=60 -o Acquire::Retries=0 -o Acquire::http::Timeout=20)
+    local words=(env DEBIAN_FRONTEND=noninteractive apt-get "${options[@]}" install -y --no-install-recommends "$@")
+    quietly "${words[@]}" || { quietly apt-get "${options[@]}" update && quietly "${words[@]}"; }
 }
 
 link_gi() { # .venv does not see system packages; PyGObject is one, compiled for the system's own Python
