@@ -114,6 +114,23 @@ def test_definitions_hold_everything_a_reader_needs(name: str) -> None:
     assert kind.hash == get_typestore(Stores.ROS2_JAZZY).hash_rihs01(name) == store.hash_rihs01(name)
 
 
+def test_a_message_type_of_another_package_is_looked_up_in_the_prefix(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "share" / "grip_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Force.msg").write_text("std_msgs/Header header  # when\nFinger[<=2] fingers\nfloat64 BIG=1e3\n")
+    (folder / "Finger.msg").write_text("float64 newton\n")
+    (folder / "Odd.msg").write_text("float64 [\n")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    kind = message_type("grip_msgs/msg/Force")
+    parts = [line for line in kind.definition.splitlines() if line.startswith("MSG: ")]
+    assert parts == ["MSG: std_msgs/Header", "MSG: builtin_interfaces/Time", "MSG: grip_msgs/Finger"]
+    assert kind.hash.startswith("RIHS01_")
+    with pytest.raises(LceError, match=r"Odd\.msg: "):
+        message_type("grip_msgs/msg/Odd")
+
+
 def test_a_message_type_that_is_not_installed_is_named() -> None:
     with pytest.raises(LceError, match="std_msgs/msg/Nothing is not installed"):
         message_type("std_msgs/msg/Nothing")
