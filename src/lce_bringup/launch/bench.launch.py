@@ -12,9 +12,11 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from lce_experiment.registry import SENSORS
+
 
 def generate_launch_description() -> LaunchDescription:
-    """Laser, thermal camera, distance sensor and simulator, with config/PLANT.yaml over config/bench.yaml."""
+    """Laser, sensors (thermal camera, distance sensor) and simulator, with config/PLANT.yaml over config/bench.yaml."""
     plant = LaunchConfiguration("plant")
     namespace = LaunchConfiguration("namespace")
     share = FindPackageShare("lce_bringup")
@@ -35,19 +37,15 @@ def generate_launch_description() -> LaunchDescription:
                 parameters=files,
                 on_exit=end,
             ),
-            Node(
-                package="lce_drivers",
-                executable="thermal_camera",
-                namespace=namespace,
-                parameters=[*files, seed],
-                on_exit=end,
-            ),
-            Node(
-                package="lce_drivers",
-                executable="distance_sensor",
-                namespace=namespace,
-                parameters=[*files, seed],
-                on_exit=end,
+            *(
+                Node(
+                    package=sensor.package,
+                    executable=sensor.name,
+                    namespace=namespace,
+                    parameters=[*files, seed],
+                    on_exit=end,
+                )
+                for sensor in SENSORS
             ),
             Node(
                 package="lce_drivers",

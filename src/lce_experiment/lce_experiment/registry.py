@@ -27,6 +27,11 @@ class NodeSpec:
     module: str
     factory: str
 
+    @property
+    def package(self) -> str:
+        """The ROS package that holds its executable."""
+        return self.module.partition(".")[0]
+
     def load(self) -> Any:
         """The class of the node; its module is imported only now."""
         return getattr(importlib.import_module(self.module), self.factory)
