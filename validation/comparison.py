@@ -199,7 +199,7 @@ the chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two,
 turn at different depths of both branches, a PRBS. Fit times are those of the machine that wrote this.
 
 `equilibrium` and `dynamic` are the dissertation's, `kinetic` is [ours](kinetic.md), `prandtl_ishlinskii` (generalised,
-with an analytic inverse) and `bouc_wen` are hysteresis models without physics.
+weighted plays) and `bouc_wen` are hysteresis models without physics.
 """
 
 

@@ -12,6 +12,7 @@ from run_command import lce
 from lce_app.cli import main as cli
 from lce_data.errors import LceError
 from lce_model import default_model, load_model, save_model
+from lce_model.effects import find
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "tutorial-own-effect.md").read_text(encoding="utf-8")
 
@@ -74,6 +75,27 @@ def test_a_model_file_finds_its_effect_wherever_it_is_read_from(folder: Path, mo
     assert yaml.safe_load((folder / "elsewhere" / "copy.yaml").read_text())["effects"] == ["../glare.py"]
     assert load_model(folder / "elsewhere" / "copy.yaml") == model
     assert model.without(str(folder / "glare.py")).values == default_model().values
+
+
+def test_the_first_line_of_the_docstring_is_the_meaning_unless_the_file_gives_one(folder: Path) -> None:
+    file = folder / "glare.py"
+    glare = find(str(file))
+    assert glare.title == "glare"
+    assert glare.meaning == "Laser light that the strip reflects into the camera: T_meas = T + b P."
+    named = EFFECT.replace(
+        'name="glare",', 'name="glare", title="glare of the laser", meaning="the camera sees the laser",'
+    )
+    (folder / "named.py").write_text(named, encoding="utf-8")
+    assert find(str(folder / "named.py")).title == "glare of the laser"
+    assert find(str(folder / "named.py")).meaning == "the camera sees the laser"
+
+
+def test_a_file_of_version_0_1_may_call_its_step_sizes_nudges(folder: Path) -> None:
+    (folder / "old.py").write_text(
+        EFFECT.replace("typical=0.3,", "typical=0.3,\n    nudges=(0.1, 0.5),"), encoding="utf-8"
+    )
+    assert find(str(folder / "old.py")).step_sizes == (0.1, 0.5)
+    assert find(str(folder / "glare.py")).step_sizes == (pytest.approx(5e-4),)
 
 
 @pytest.mark.parametrize(

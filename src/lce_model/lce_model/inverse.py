@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The inverse chart of §6.4: which temperature gives a wanted displacement."""
+"""Which temperature gives a wanted displacement: from a chart of the major loop, or from where the strip is now."""
 
 from typing import Literal
 
@@ -28,7 +28,7 @@ class OutOfReach(LceError):
 
 
 class InverseChart:
-    """Numerical chart of the major loop, read backwards.
+    """The major loop of a model as a table, read backwards: the inverse chart of Wu (2021), §6.4.
 
     The strip is driven from ``coldest_k`` to ``hottest_k`` and back; each branch gives a temperature for a
     displacement, and ``middle`` the mean of the two, as the feed-forward controller of Wu (2021) takes it.
@@ -61,7 +61,7 @@ class InverseChart:
         return max(float(c[0]) for c in curves), min(float(c[-1]) for c in curves)
 
     def temperature_k(self, displacement_m: float, branch: Branch = "middle") -> float:
-        """Temperature [K] for a displacement [m]; OutOfReach instead of a clipped number."""
+        """Temperature [K] for a displacement [m]. Raises OutOfReach if no temperature of the chart gives it."""
         if branch not in BRANCHES:
             raise LceError(f"branch {branch!r}: one of {', '.join(BRANCHES)}")
         lower, upper = self.reach_m(branch)
@@ -90,9 +90,10 @@ def temperature_from_here_k(
     """Temperature [K] that brings a strip from where it is to a displacement [m]: the branch that it is really on.
 
     The measured past, ``time_s`` and ``temperature_k`` (n,), leads the model to the present state; from there it is
-    heated slowly if the displacement is larger than the present one, cooled if it is smaller, until it is reached.
-    Minor loops are so followed as the model has them. Without a past the strip is cold and at rest. Reversals of the
-    measured temperature smaller than ``deadband_k`` are taken for noise. OutOfReach names what the two ways reach.
+    heated slowly if the displacement is larger than the present one, cooled if it is smaller, until it is reached. So
+    the answer follows the minor loops of the model. Without a past the strip is cold and at rest. Reversals of the
+    measured temperature smaller than ``deadband_k`` are taken for noise. Raises OutOfReach, with the range that heating
+    and cooling reach.
     """
     time, past = np.asarray(time_s, dtype=np.float64), np.asarray(temperature_k, dtype=np.float64)
     if past.size == 0:

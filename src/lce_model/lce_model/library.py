@@ -38,8 +38,8 @@ PUBLISHED: Final[dict[str, dict[str, float]]] = {
     "equilibrium": {},
     "dynamic": {"stretch_law.alpha": 4.5, "lumped.gain": 73.0},
 }
-"""Where a deformation model was published with other values than the defaults of the terms that it shares: (5.10),
-and a gain that takes the strip to the 390 K of §5.4."""
+"""Published values of a deformation model that differ from the defaults of the terms that it shares: (5.10) of Wu
+(2021), and a gain that takes the strip to the 390 K of §5.4."""
 
 
 def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tuple[Term, ...]:
@@ -48,6 +48,8 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     An effect stands before the first base term of its stage that takes what it writes from it (a heat loss before the
     heat balance, a lag of the temperature before the branch that follows it), or else behind them all. Several of them
     stand there by their ``place``, then by name: the order of ``effects`` does not matter.
+
+    Raises LceError if a model or an effect does not exist, if both stages are none, or if two terms have one name.
     """
     for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
         if name not in known:

@@ -23,8 +23,19 @@ Floats = NDArray[np.float64]
 class Value:
     """A parameter of a model: its value, the bounds of its search, and what the data say of it.
 
-    ``standard_error`` is None before a fit and where the data do not determine the parameter; ``determined`` is None
-    before a fit.
+    Attributes
+    ----------
+    term : name of the term that has the parameter.
+    parameter : its name, unit, description and widest bounds.
+    value, lower, upper : value and bounds of a fit, in the unit of the parameter.
+    fixed : a fit leaves the value as it is.
+    standard_error : in the unit of the parameter; None before a fit, and if the data do not determine the parameter.
+    determined : whether the data determine the parameter; None before a fit.
+
+    Raises
+    ------
+    LceError
+        If the bounds are not an interval within those of the parameter, or the value is outside them.
     """
 
     term: str
@@ -65,14 +76,28 @@ class Value:
 
 @dataclass(frozen=True)
 class Model:
-    """A composed model P→T→d, immutable; ``set`` and ``replace`` give changed copies.
+    """A composed model P→T→d. It never changes: ``set``, ``add`` and the like return changed copies.
+
+    ``model["lumped.tau"]`` is the value of a parameter, in its unit.
 
     Attributes
     ----------
     thermal, deformation : names of the base models (:mod:`lce_model.library`).
-    effects : names of the effects added to them; for one of the user's own, the path of its file.
+    effects : names of the effects added to them; the path of its file for an effect of the user's own.
     values : one per parameter, in the order of the terms.
-    fit : record of the identification that gave the values, empty before one.
+    fit : record of the identification that gave the values; empty before the first.
+
+    Raises
+    ------
+    LceError
+        From its methods, if a parameter TERM.PARAM or an effect does not exist, or a value is outside its bounds; the
+        message names those that exist, or the bounds.
+
+    Examples
+    --------
+    >>> model = default_model("lumped", "equilibrium").set({"lumped.tau": 20.0}).add("creep")
+    >>> model["lumped.tau"], model.effects
+    (20.0, ('creep',))
     """
 
     thermal: str
@@ -115,7 +140,10 @@ class Model:
         return any(v.key == key for v in self.values)
 
     def set(self, changes: Mapping[str, float]) -> "Model":
-        """A copy with the parameters TERM.PARAM changed; LceError for an unknown key or a value outside its bounds."""
+        """A copy with the parameters TERM.PARAM changed.
+
+        Raises LceError if a parameter does not exist or a value is outside its bounds.
+        """
         values = list(self.values)
         for key, number in changes.items():
             i = self.index(key)
@@ -123,7 +151,7 @@ class Model:
         return replace(self, values=tuple(values))
 
     def configured(self, changes: Mapping[str, float]) -> "Model":
-        """As ``set``; an effect of the library whose parameter is named is added first where the model lacks it."""
+        """As ``set``, but an effect of the library whose parameter is named is added first if the model lacks it."""
         model = self
         for name in dict.fromkeys(key.partition(".")[0] for key in changes):
             if name in library() and name not in model.effects:
@@ -131,7 +159,10 @@ class Model:
         return model.set(changes)
 
     def hold(self, ranges: Mapping[str, tuple[float, float]]) -> "Model":
-        """A copy whose parameters TERM.PARAM are searched between (lower, upper) only; a value outside moves in."""
+        """A copy whose parameters TERM.PARAM are searched between (lower, upper) only.
+
+        A value outside of them moves to the nearer bound.
+        """
         values = list(self.values)
         for key, (lower, upper) in ranges.items():
             i = self.index(key)
@@ -146,7 +177,10 @@ class Model:
         return replace(self, values=values)
 
     def add(self, effect: str) -> "Model":
-        """A copy with one more effect (a name, or the path of a file) at its null value; LceError where it is there."""
+        """A copy with one more effect, a name or the path of a file, at its null value.
+
+        Raises LceError if the model has it already.
+        """
         if find(effect).reference in self.effects:
             raise LceError(f"the model has {effect} already")
         return self._carried(default_model(self.thermal, self.deformation, (*self.effects, effect)))
@@ -160,10 +194,10 @@ class Model:
         return self._carried(default_model(self.thermal, self.deformation, kept))
 
     def predicts(self, channel: Channel) -> bool:
-        """Does the model say what the sensor of a channel shows?
+        """Tell whether the model says what the sensor of a channel reports.
 
-        Of a temperature it does with a thermal stage, of a displacement with a deformation stage, of anything else if a
-        term writes the signal of that sensor.
+        A temperature needs a thermal stage, a displacement a deformation stage, and any other channel a term that
+        writes its output.
         """
         if channel is TEMPERATURE:
             return self.thermal != "none"
@@ -182,7 +216,25 @@ class Model:
 
 
 def default_model(thermal: str = "lumped", deformation: str = "equilibrium", effects: tuple[str, ...] = ()) -> Model:
-    """The model with published or default values; LceError names what is known where a name is not."""
+    """Make the model of a pair of base models, with published or default values.
+
+    Parameters
+    ----------
+    thermal : P→T model: none, lumped or hammerstein_wiener (:data:`lce_model.library.THERMAL`).
+    deformation : T→d model: none, equilibrium, dynamic, kinetic, prandtl_ishlinskii or bouc_wen
+        (:data:`lce_model.library.DEFORMATION`).
+    effects : names, or paths of files, of effects at their null values.
+
+    Raises
+    ------
+    LceError
+        If there is no such model or effect; the message names those that exist.
+
+    Examples
+    --------
+    >>> default_model("lumped", "none")["lumped.tau"]
+    18.0
+    """
     values = tuple(
         Value(term.name, p, p.default, p.lower, p.upper, p.fixed)
         for term in terms(thermal, deformation, effects)

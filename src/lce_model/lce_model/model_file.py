@@ -8,30 +8,80 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import yaml
+from msgspec import UNSET, Struct, UnsetType
 
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
+from lce_data.schema import checked, read_yaml
 from lce_model.model import Model, Value, default_model
 
 FORMAT: Final = "lce-model-1"
-_TOP: Final = ("format", "thermal", "deformation", "effects", "parameters", "fit")
-_ENTRY: Final = ("value", "unit", "bounds", "fixed", "standard_error", "determined")
+
+
+class ParameterEntry(Struct, frozen=True, forbid_unknown_fields=True):
+    """A parameter in the file. What is left out keeps the default of the parameter.
+
+    ``unit`` has to be the unit of the parameter: it guards against a value in another one. ``standard_error`` and
+    ``determined`` are written after a fit.
+    """
+
+    value: float
+    unit: str | None = None
+    bounds: list[float] | UnsetType = UNSET
+    fixed: bool | UnsetType = UNSET
+    standard_error: float | UnsetType | None = UNSET
+    determined: bool | UnsetType | None = UNSET
+
+
+class ModelFile(Struct, frozen=True, forbid_unknown_fields=True):
+    """The content of a model file: what is read is checked against it, and it is what is written.
+
+    Attributes
+    ----------
+    effects : names, or paths of files of the user's own as seen from the model file.
+    parameters : by term and name; those left out have their defaults.
+    fit : record of the identification, in any form.
+    """
+
+    format: str
+    thermal: str = "none"
+    deformation: str = "none"
+    effects: list[str] | None = None
+    parameters: dict[str, dict[str, ParameterEntry] | None] | None = None
+    fit: dict[str, Any] | UnsetType | None = UNSET
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:
-    """Read a model file; LceError names the file, the key and the value that do not fit."""
+    """Read a model file.
+
+    Parameters
+    ----------
+    path : the YAML file. It finds effect files of the user's own relative to its folder.
+
+    Returns
+    -------
+    The model; parameters that the file leaves out have their default values.
+
+    Raises
+    ------
+    LceError
+        If the file cannot be read, or has an unknown key, a unit that does not fit or a value outside its bounds;
+        names the file, the key and the value.
+
+    Examples
+    --------
+    >>> load_model("strip.yaml")["lumped.tau"]  # doctest: +SKIP
+    18.0
+    """
     path = Path(path)
+    content = read_yaml(path)
+    if isinstance(content, dict):
+        _only(content, ModelFile.__struct_fields__, f"{path}: the file")
+    file = checked(path, content, ModelFile)
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        where = getattr(error, "problem_mark", None)
-        line = f", line {where.line + 1}" if where else ""
-        raise LceError(f"{path}{line}: not a YAML file") from None
-    try:
-        return _model(_mapping(content, "the file"), path.parent)
+        return _model(file, path.parent)
     except LceError as error:
         raise LceError(f"{path}: {error}") from None
 
@@ -39,51 +89,100 @@ def load_model(path: str | os.PathLike[str]) -> Model:
 def save_model(model: Model, path: str | os.PathLike[str]) -> None:
     """Write a model file; a file that stood there is replaced in one step, never left half-written.
 
-    Effect files of the user's own are listed by their path from the model file, which finds them there.
+    Parameters
+    ----------
+    model : it reads back as it is. Effect files of the user's own are listed by their path from the model file.
+    path : the YAML file.
+
+    Raises
+    ------
+    LceError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> save_model(default_model(), "strip.yaml")  # doctest: +SKIP
     """
     path = Path(path)
-    document = _document(model, path.resolve().parent)
+    document = msgspec.to_builtins(_content(model, path.resolve().parent))
+    for group in document["parameters"].values():
+        for name, entry in group.items():
+            group[name] = _Line(entry)
     write_atomically(path, yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120))
 
 
-class _Dumper(yaml.SafeDumper):
-    """Block style for the file, one line for each parameter."""
-
-
-class _Line(dict[str, Any]):
-    """A mapping that is written on one line."""
-
-
-_Dumper.add_representer(_Line, lambda d, data: d.represent_mapping("tag:yaml.org,2002:map", data, flow_style=True))
-_Dumper.add_representer(float, lambda d, x: d.represent_scalar("tag:yaml.org,2002:float", _number(x)))
-
-
-def _number(x: float) -> str:
-    """Shortest text that reads back to the same float, in a form that YAML takes for a float."""
-    if not math.isfinite(x):
-        return ".nan" if math.isnan(x) else ".inf" if x > 0 else "-.inf"
-    text = repr(x)
-    return text.replace("e", ".0e") if "e" in text and "." not in text else text
-
-
-def _document(model: Model, folder: Path) -> dict[str, Any]:
-    parameters: dict[str, dict[str, _Line]] = {}
+def _content(model: Model, folder: Path) -> ModelFile:
+    parameters: dict[str, dict[str, ParameterEntry] | None] = {v.term: {} for v in model.values}
     for v in model.values:
-        entry = _Line(value=float(v.value), unit=v.unit, bounds=[float(v.lower), float(v.upper)])
-        if v.fixed or v.parameter.fixed:
-            entry["fixed"] = v.fixed
-        if v.determined is not None:
-            entry["standard_error"] = None if v.standard_error is None else float(v.standard_error)
-            entry["determined"] = v.determined
-        parameters.setdefault(v.term, {})[v.name] = entry
-    document: dict[str, Any] = {
-        "format": FORMAT,
-        "thermal": model.thermal,
-        "deformation": model.deformation,
-        "effects": [os.path.relpath(e, folder) if e.endswith(".py") else e for e in model.effects],
-        "parameters": parameters,
-    }
-    return document | ({"fit": _plain(model.fit)} if model.fit else {})
+        group = parameters[v.term]
+        assert group is not None
+        group[v.name] = _entry(v)
+    return ModelFile(
+        format=FORMAT,
+        thermal=model.thermal,
+        deformation=model.deformation,
+        effects=[os.path.relpath(e, folder) if e.endswith(".py") else e for e in model.effects],
+        parameters=parameters,
+        fit=_plain(model.fit) if model.fit else UNSET,
+    )
+
+
+def _entry(v: Value) -> ParameterEntry:
+    fitted = v.determined is not None
+    error = None if v.standard_error is None else float(v.standard_error)
+    return ParameterEntry(
+        value=float(v.value),
+        unit=v.unit,
+        bounds=[float(v.lower), float(v.upper)],
+        fixed=v.fixed if v.fixed or v.parameter.fixed else UNSET,
+        standard_error=error if fitted else UNSET,
+        determined=v.determined if fitted else UNSET,
+    )
+
+
+def _model(content: ModelFile, folder: Path) -> Model:
+    if content.format != FORMAT:
+        raise LceError(f"format: {content.format!r} is not {FORMAT!r}")
+    effects = tuple(str(folder / e) if e.endswith(".py") else e for e in content.effects or ())
+    model = default_model(content.thermal, content.deformation, effects)
+    groups = content.parameters or {}
+    _only(groups, dict.fromkeys(v.term for v in model.values), "parameters")
+    values = []
+    for v in model.values:
+        group = groups.get(v.term) or {}
+        _only(group, [w.name for w in model.values if w.term == v.term], f"parameters.{v.term}")
+        values.append(_value(v, group[v.name]) if v.name in group else v)
+    return model.with_values(tuple(values), content.fit or {})
+
+
+def _value(default: Value, entry: ParameterEntry) -> Value:
+    where = f"parameters.{default.key}"
+    if entry.unit != default.unit:
+        raise LceError(f"{where}.unit: {entry.unit!r} does not fit; this parameter is in {default.unit!r}")
+    bounds = [default.lower, default.upper] if entry.bounds is UNSET else entry.bounds
+    if len(bounds) != 2:
+        raise LceError(f"{where}.bounds: {bounds!r} is not [lower, upper]")
+    error = None if entry.standard_error is UNSET else entry.standard_error
+    for key, numbers in (("value", [entry.value]), ("bounds", bounds), ("standard_error", [error or 0.0])):
+        for number in numbers:
+            if not math.isfinite(number):
+                raise LceError(f"{where}.{key}: {number!r} is not a finite number")
+    return replace(
+        default,
+        value=entry.value,
+        lower=bounds[0],
+        upper=bounds[1],
+        fixed=default.fixed if entry.fixed is UNSET else entry.fixed,
+        standard_error=error,
+        determined=None if entry.determined is UNSET else entry.determined,
+    )
+
+
+def _only(found: Iterable[str], known: Iterable[str], where: str) -> None:
+    known = tuple(known)
+    for key in found:
+        if key not in known:
+            raise LceError(f"{where}: unknown key {key!r}; known: {', '.join(known)}")
 
 
 def _plain(value: Any) -> Any:
@@ -95,73 +194,21 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _mapping(value: Any, where: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise LceError(f"{where}: expected keys and values, found {type(value).__name__}")
-    return value
+class _Dumper(yaml.SafeDumper):
+    """Block style for the file, one line for each parameter."""
 
 
-def _only(found: Iterable[str], known: Iterable[str], where: str) -> None:
-    known = tuple(known)
-    for key in found:
-        if key not in known:
-            raise LceError(f"{where}: unknown key {key!r}; known: {', '.join(known)}")
+class _Line(dict[str, Any]):
+    """A mapping that is written on one line."""
 
 
-def _model(content: dict[str, Any], folder: Path) -> Model:
-    _only(content, _TOP, "the file")
-    if content.get("format") != FORMAT:
-        raise LceError(f"format: {content.get('format')!r} is not {FORMAT!r}")
-    effects = content.get("effects") or []
-    if not isinstance(effects, list) or not all(isinstance(e, str) for e in effects):
-        raise LceError(f"effects: {effects!r} is not a list of names")
-    found = tuple(str(folder / e) if e.endswith(".py") else e for e in effects)
-    model = default_model(str(content.get("thermal", "none")), str(content.get("deformation", "none")), found)
-    given = _mapping(content.get("parameters") or {}, "parameters")
-    _only(given, dict.fromkeys(v.term for v in model.values), "parameters")
-    values = []
-    for v in model.values:
-        group = _mapping(given.get(v.term) or {}, f"parameters.{v.term}")
-        _only(group, [w.name for w in model.values if w.term == v.term], f"parameters.{v.term}")
-        values.append(_value(v, group[v.name]) if v.name in group else v)
-    return model.with_values(tuple(values), _mapping(content.get("fit") or {}, "fit"))
+def _number(x: float) -> str:
+    """Shortest text that reads back to the same float, in a form that YAML takes for a float."""
+    if not math.isfinite(x):
+        return ".nan" if math.isnan(x) else ".inf" if x > 0 else "-.inf"
+    text = repr(x)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
 
-def _value(default: Value, entry: Any) -> Value:
-    where = f"parameters.{default.key}"
-    entry = _mapping(entry, where)
-    _only(entry, _ENTRY, where)
-    if "value" not in entry:
-        raise LceError(f"{where}: no value")
-    if (unit := entry.get("unit")) != default.unit:
-        raise LceError(f"{where}.unit: {unit!r} does not fit; this parameter is in {default.unit!r}")
-    bounds = entry.get("bounds", [default.lower, default.upper])
-    if not isinstance(bounds, list) or len(bounds) != 2:
-        raise LceError(f"{where}.bounds: {bounds!r} is not [lower, upper]")
-    error = entry.get("standard_error")
-    return replace(
-        default,
-        value=_float(entry["value"], f"{where}.value"),
-        lower=_float(bounds[0], f"{where}.bounds"),
-        upper=_float(bounds[1], f"{where}.bounds"),
-        fixed=_flag(entry.get("fixed", default.fixed), f"{where}.fixed"),
-        standard_error=None if error is None else _float(error, f"{where}.standard_error"),
-        determined=None if entry.get("determined") is None else _flag(entry["determined"], f"{where}.determined"),
-    )
-
-
-def _float(value: Any, where: str) -> float:
-    # YAML 1.1 reads 1e-22 as text; people write it all the same.
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise LceError(f"{where}: {value!r} is not a number") from None
-    if isinstance(value, bool) or not math.isfinite(number):
-        raise LceError(f"{where}: {value!r} is not a finite number")
-    return number
-
-
-def _flag(value: Any, where: str) -> bool:
-    if not isinstance(value, bool):
-        raise LceError(f"{where}: {value!r} is not true or false")
-    return value
+_Dumper.add_representer(_Line, lambda d, data: d.represent_mapping("tag:yaml.org,2002:map", data, flow_style=True))
+_Dumper.add_representer(float, lambda d, x: d.represent_scalar("tag:yaml.org,2002:float", _number(x)))

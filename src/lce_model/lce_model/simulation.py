@@ -103,9 +103,24 @@ def simulate(
     ----------
     time_s : (n,) strictly increasing [s].
     power_w : (n,) laser power [W], each value held until the next time; None with ``temperature_k``.
-    initial_temperature_k : [K], the ambient temperature where None.
+    initial_temperature_k : [K]; the ambient temperature if None.
     temperature_k : (n,) [K]; if given, it replaces the thermal stage (a measured temperature drives the strip).
     deadband_k : reversals of the temperature smaller than this [K] do not change the branch.
+
+    Returns
+    -------
+    The signals of the model at ``time_s``.
+
+    Raises
+    ------
+    LceError
+        If the time does not rise, the power or the temperature is not a finite number for each time, or the model has
+        no thermal stage and no temperature is given.
+
+    Examples
+    --------
+    >>> run = simulate(default_model(), [0.0, 0.5, 1.0], [1.0, 1.0, 1.0])  # doctest: +SKIP
+    >>> run.displacement_m, run[TEMPERATURE]  # doctest: +SKIP
     """
     time = _checked_time(time_s)
     power = np.zeros_like(time) if power_w is None else _checked_input(power_w, "power", time.size)
@@ -123,7 +138,24 @@ def _start_temperature(model: Model, initial_temperature_k: float | None) -> flo
 
 
 class Stepper:
-    """A strip that lives from step to step: the simulator node's view of a model."""
+    """A strip that is simulated step by step, as the simulator node does.
+
+    Parameters
+    ----------
+    model : with a thermal stage.
+    initial_temperature_k : [K]; the ambient temperature if None.
+
+    Raises
+    ------
+    LceError
+        If the model has no thermal stage.
+
+    Examples
+    --------
+    >>> strip = Stepper(default_model())  # doctest: +SKIP
+    >>> strip.step(power_w=1.0, dt_s=0.01)  # doctest: +SKIP
+    >>> strip.displacement_m, strip.measured(TEMPERATURE)  # doctest: +SKIP
+    """
 
     def __init__(self, model: Model, initial_temperature_k: float | None = None) -> None:
         if model.thermal == "none":
@@ -141,30 +173,34 @@ class Stepper:
         return twin
 
     def step(self, power_w: float, dt_s: float) -> None:
-        """Advance by ``dt_s`` [s] under constant power [W]; LceError for a power or a time that is not physical."""
+        """Advance by ``dt_s`` [s] under constant power [W].
+
+        Raises LceError if the power or the time is negative or not finite.
+        """
         if not (0.0 <= power_w < math.inf and 0.0 <= dt_s < math.inf):
             raise LceError(f"cannot step by {dt_s} s at {power_w} W: both must be finite and not negative")
         self._kernel.advance(power_w, dt_s, self._parameters, self._state)
 
     def correct(self, temperature_k: float) -> None:
-        """Go on from another temperature [K] than was computed, as an observer does that has measured it.
+        """Continue from another temperature [K] than the computed one, as an observer does that has measured it.
 
-        Of use where the thermal model has no other state, as `lumped`.
+        This is of use for thermal models without another state, such as `lumped`.
         """
         if not 0.0 < temperature_k < math.inf:
             raise LceError(f"cannot go on from {temperature_k} K")
         self._state[SIGNAL_INDEX["temperature"]] = temperature_k
 
     def become(self, model: Model) -> None:
-        """Go on, from the present state, with the parameters of a model of the same terms: a disturbance.
+        """Continue from the present state with the parameters of another model of the same terms: a disturbance.
 
-        Terms with arrays for a state have filled them from their parameters, which are therefore to stay.
+        The parameters of a term whose state is an array have to stay: the array was filled from them at the start.
+        Raises LceError if they change, or if the terms do.
         """
         if model.terms != self._model.terms:
             raise LceError("a strip can take on other parameters, not other terms")
-        laid = {t.name for t in model.terms if t.arrays}
+        with_arrays = {t.name for t in model.terms if t.arrays}
         for old, new in zip(self._model.values, model.values, strict=True):
-            if old.term in laid and old.value != new.value:
+            if old.term in with_arrays and old.value != new.value:
                 raise LceError(f"{old.key}: cannot change while the strip goes on")
         self._model, self._parameters = model, model.vector
 

@@ -63,8 +63,8 @@ class Parameter:
     """A physical parameter of a term, in the unit that it has in the equation.
 
     ``scale`` is the axis on which the parameter is searched: linear, logarithmic, or, for a strength that may well be
-    zero, linear up to ``knee`` and logarithmic beyond (asinh(p/knee)). ``fixed`` marks what a fit leaves alone unless
-    told otherwise (geometry, references).
+    zero, linear up to ``knee`` and logarithmic beyond (asinh(p/knee)). ``fixed`` marks what a fit leaves alone by
+    default (geometry, references).
     """
 
     name: str
@@ -90,7 +90,7 @@ class Parameter:
         self.check(self.default)
 
     def check(self, value: float) -> float:
-        """Return ``value``, or raise LceError if it is not finite or outside the bounds."""
+        """Return ``value``. Raises LceError if it is not finite or outside the bounds."""
         if not (math.isfinite(value) and self.lower <= value <= self.upper):
             raise LceError(
                 f"parameter {self.name}: {value:g} {self.unit} is outside [{self.lower:g}, {self.upper:g}] {self.unit}"
@@ -105,8 +105,8 @@ class Term:
     Attributes
     ----------
     step : returns the new values of ``states`` and then of ``outputs`` at the end of a step of ``dt`` seconds.
-    start : returns the same values before the first step, from the parameters and the signals present then; where it
-        is None, ``step`` itself is called with ``dt = 0``, which serves every term without memory.
+    start : returns the same values before the first step, from the parameters and the signals present then. If it is
+        None, ``step`` itself is called with ``dt = 0``, which serves every term without memory.
     arrays : states that are arrays, as (name, size): ``start`` fills and ``step`` changes them in place.
     vectors : parameters name_1, name_2 … that ``start`` and ``step`` take as one array, as (name, size).
     """
@@ -144,7 +144,7 @@ class Term:
 
     @property
     def idle_at(self) -> dict[str, float]:
-        """Values of all its parameters at which the term changes nothing; empty where there are none."""
+        """Values of all its parameters at which the term changes nothing; empty if it always acts."""
         return {}
 
     def _check_arguments(self, function: Callable[..., float | tuple[float, ...]]) -> None:
@@ -158,5 +158,5 @@ class Term:
 
 
 def reads(term: Term, signal: str) -> bool:
-    """Is the signal an argument of the term's step or start?"""
+    """Tell whether the signal is an argument of the term's step or start."""
     return any(signal in inspect.signature(f).parameters for f in (term.step, term.start) if f is not None)

@@ -66,6 +66,9 @@ def test_the_library_is_that_of_the_design() -> None:
 @each
 def test_an_effect_explains_itself(effect: Effect) -> None:
     assert effect.equation
+    assert effect.title and len(effect.title) < 40
+    assert effect.meaning and len(effect.meaning) < 80 and not effect.meaning.endswith(".")
+    assert effect.step_sizes and all(size > 0.0 for size in effect.step_sizes)
     assert effect.strength_key == f"{effect.name}.{effect.strength}"
     assert effect.one_sided == (effect.parameter(effect.strength).lower == effect.null)
     assert any(not p.fixed for p in effect.parameters)

@@ -43,13 +43,19 @@ def test_a_number_as_people_write_it_is_a_number(tmp_path: Path) -> None:
         ("gain:", "gian:", r"m\.yaml: parameters\.lumped: unknown key 'gian'; known: gain, tau"),
         ("unit: K/W", "unit: K/mW", r"m\.yaml: parameters\.lumped\.gain\.unit: 'K/mW' does not fit.*'K/W'"),
         ("value: 18.0", "value: -18.0", r"m\.yaml: lumped\.tau: -18 s is outside \[0\.1, 2000\] s"),
-        ("value: 18.0", "value: fast", r"m\.yaml: parameters\.lumped\.tau\.value: 'fast' is not a number"),
+        ("value: 18.0", "value: fast", r"m\.yaml: parameters\.lumped\.tau\.value is 'fast'; it must be a number"),
         ("value: 18.0", "value: .nan", r"parameters\.lumped\.tau\.value: nan is not a finite number"),
         ("bounds: [0.1, 2000.0]}", "bounds: [0.1]}", r"bounds: \[0\.1\] is not \[lower, upper\]"),
         ("effects: []", "effects: [creeep]", r"m\.yaml: unknown effect 'creeep'"),
-        ("format: lce-model-1", "format: 7", r"m\.yaml: format: 7 is not 'lce-model-1'"),
+        ("format: lce-model-1", "format: 7", r"m\.yaml: format is 7; it must be text"),
+        ("format: lce-model-1", "format: lce-model-9", r"m\.yaml: format: 'lce-model-9' is not 'lce-model-1'"),
+        ("value: 18.0", "vlaue: 18.0", r"m\.yaml: parameters\.lumped\.tau\.vlaue is not a key that is known here"),
+        ("value: 18.0, ", "", r"m\.yaml: parameters\.lumped\.tau\.value is missing"),
+        ("value: 18.0", "value: 18.0, colour: red", r"m\.yaml: parameters\.lumped\.tau\.colour is not a key"),
+        ("value: 18.0", "value: true", r"m\.yaml: parameters\.lumped\.tau\.value is True; it must be a number"),
+        ("fixed: true", "fixed: perhaps", r"m\.yaml: parameters\.\S+\.fixed is 'perhaps'; it must be true or false"),
         ("deformation: equilibrium", "colour: red", r"m\.yaml: the file: unknown key 'colour'"),
-        ("parameters:", "parameters: [", r"m\.yaml, line \d+: not a YAML file"),
+        ("parameters:", "parameters: [", r"m\.yaml: not a YAML file \(line \d+\)"),
     ],
 )
 def test_what_does_not_fit_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -86,3 +92,16 @@ def test_what_is_fixed_by_default_stays_fixed_where_a_file_does_not_say(tmp_path
     path.write_text(path.read_text(encoding="utf-8").replace(", fixed: true", ""), encoding="utf-8")
     loaded = load_model(path)
     assert loaded.values[loaded.index("strip.length")].fixed
+
+
+FIXTURES = Path(__file__).parent / "models"
+
+
+@pytest.mark.parametrize("name", ["strip.yaml", "fitted.yaml"])
+def test_a_file_that_version_0_1_wrote_reads(name: str, tmp_path: Path) -> None:
+    model = load_model(FIXTURES / name)
+    save_model(model, tmp_path / name)
+    assert load_model(tmp_path / name) == model
+    if name == "fitted.yaml":
+        assert model.values[1].standard_error is not None and model.fit["software"]
+        assert (tmp_path / name).read_text(encoding="utf-8") == (FIXTURES / name).read_text(encoding="utf-8")
