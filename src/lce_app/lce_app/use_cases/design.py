@@ -9,8 +9,8 @@ from pathlib import Path
 import lce_analysis.experiment_design as designing
 from lce_analysis.experiment_design import Design
 from lce_analysis.options import DesignOptions
-from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent
+from lce_data.wave_file import write_wave
 from lce_model import load_model
 
 
@@ -75,6 +75,5 @@ def design(
     >>> print(found.design.separation, found.plain)  # doctest: +SKIP
     """
     found = designing.design(load_model(model_file), between, options.search, progress, cancel)
-    rows = [f"{t:.2f},{p:.6g}" for t, p in zip(found.time_s, found.power_w, strict=True)]
-    write_atomically(out, "\n".join(["time_s,power_w", *rows]) + "\n")
+    write_wave(out, found.time_s, found.power_w)
     return Designed(found, found.separation > options.plain_separation)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lce_model
-from lce_data.channels import POWER, SENSORS, TEMPERATURE
+from lce_data.channels import POWER, SENSORS
 from lce_data.errors import LceError
-from lce_data.files import write_atomically
+from lce_data.run_csv import write_run_csv
 from lce_data.wave_file import read_wave
 from lce_experiment import protocols
 
@@ -76,27 +76,12 @@ def simulate(model_file: Path, wave: str, out: Path, options: Options = DEFAULTS
     model = lce_model.load_model(model_file).configured(options.settings)
     time_s, power_w = _input(wave)
     trajectory = lce_model.simulate(model, time_s, power_w)
-    columns = {"time_s": ("%.9g", time_s), POWER.column: ("%.9g", power_w)}
-    columns |= _shown(model, trajectory)
-    for name, (_, values) in columns.items():
+    shown = {POWER: power_w, **{channel: trajectory[channel] for channel in SENSORS if model.predicts(channel)}}
+    for channel, values in shown.items():
         if not np.isfinite(values).all():
-            raise LceError(f"{model_file}: {name} is not finite under {wave}")
-    row = ",".join(form for form, _ in columns.values())
-    lines = [row % values for values in zip(*(array.tolist() for _, array in columns.values()), strict=True)]
-    write_atomically(out, "\n".join([",".join(columns), *lines, ""]))
+            raise LceError(f"{model_file}: {channel.column} is not finite under {wave}")
+    write_run_csv(out, time_s, shown)
     return Simulated(out, trajectory)
-
-
-def _shown(model: lce_model.Model, trajectory: lce_model.Trajectory) -> dict[str, tuple[str, Floats]]:
-    """Format and values of what each sensor shows without noise, by column; the trajectory names it by its unit."""
-    return {
-        channel.column: (
-            "%.6f" if channel is TEMPERATURE else "%.9e",
-            channel.recorded.from_si(trajectory[channel]),
-        )
-        for channel in SENSORS
-        if model.predicts(channel)
-    }
 
 
 def _input(text: str) -> tuple[Floats, Floats]:
