@@ -21,10 +21,10 @@ pytestmark = pytest.mark.alone
 RECORDER = "lce_experiment.nodes.recorder_node"
 PUBLISHER = """
 import sys
-from lce_ros.node import BenchNode, run
+from lce_ros.node import LceNode, run
 from std_msgs.msg import Float64
 
-class Publisher(BenchNode):
+class Publisher(LceNode):
     def __init__(self):
         super().__init__("publisher")
         count = self.declare("count", 5, "topics")

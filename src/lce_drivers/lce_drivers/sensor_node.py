@@ -8,10 +8,10 @@ from lce_data.channels import Channel
 from lce_drivers.sensor import DataSheet, Reading, SensorDevice
 from lce_ros.health import Level
 from lce_ros.messages import message_class, to_message
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 
 
-class SensorNode(BenchNode):
+class SensorNode(LceNode):
     """A node that publishes each reading of its device once, and says so in /diagnostics when there is none.
 
     A device without new readings publishes nothing: an old value is never repeated.

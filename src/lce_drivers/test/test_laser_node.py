@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from lce_drivers.laser.laser_node import Laser
-from lce_ros.node import BenchNode, NodeFault
+from lce_ros.node import LceNode, NodeFault
 from lce_ros.testing import Graph, Heard
 
 pytestmark = pytest.mark.alone
@@ -23,7 +23,7 @@ class Commander:
     """Commands the laser at 100 Hz and listens to what it makes of it."""
 
     def __init__(self, bench: Graph, sim_time: bool = False) -> None:
-        self.node: BenchNode = bench.probe("commander", sim_time=sim_time)
+        self.node: LceNode = bench.probe("commander", sim_time=sim_time)
         self.publisher = self.node.advertise(Float64, "laser/power_command")
         self.power: Heard = bench.hear(Float64, "laser/power", self.node)
         self.command: float | None = None

@@ -44,7 +44,7 @@ class CountingPublisher(Publisher):
         super().publish(msg)
 
 
-class BenchNode(Node):
+class LceNode(Node):
     """A node with declared parameters, ticks on multiples of their period, and a diagnosis at 1 Hz.
 
     Attributes
@@ -209,7 +209,7 @@ def _profile(latched: bool, depth: int | None) -> QoSProfile:
     return STREAM if depth is None else deeper(depth)
 
 
-def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> int:
+def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> int:
     """Make a node and spin it until a stop signal, a shutdown of ROS or an exception; returns the exit status.
 
     ``close`` is called on every one of these ways out, with ROS still up so that it can publish a last word.
@@ -230,14 +230,14 @@ def run(factory: Callable[[], BenchNode], args: Sequence[str] | None = None) -> 
     return 0
 
 
-def _made(factory: Callable[[], BenchNode]) -> BenchNode:
+def _made(factory: Callable[[], LceNode]) -> LceNode:
     try:
         return factory()
     except ValueError as error:
         raise NodeFault(error) from error
 
 
-def _spin(node: BenchNode, stop: Future) -> None:
+def _spin(node: LceNode, stop: Future) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     # A full collection over what is loaded by now takes tens of ms: ticks would be late.

@@ -9,13 +9,13 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from lce_ros.health import Level
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
 
 
-class Example(BenchNode):
+class Example(LceNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("example", **options)
         self.declare("gain", 1.0, "a gain", unit="W", lower=0.0, upper=2.0)

@@ -22,13 +22,13 @@ from lce_data.topics import LATCHED_TOPICS, RECORDED
 from lce_experiment.registry import NAMESPACE
 from lce_experiment.runners.processes import end_with_parent
 from lce_ros.messages import KINDS, MessageKind
-from lce_ros.node import BenchNode, run
+from lce_ros.node import LceNode, run
 
 FORGOTTEN_S: Final = 0.5
 """Age [s] at which a value is dropped; one of a latched topic stays."""
 
 
-class TopicMonitorNode(BenchNode):
+class TopicMonitorNode(LceNode):
     """See the module; ``hand_over`` is called with each snapshot."""
 
     def __init__(self, hand_over: Callable[[Snapshot], None], **options: Any) -> None:

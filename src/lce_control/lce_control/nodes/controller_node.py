@@ -5,13 +5,13 @@ from collections.abc import Callable
 from typing import Any, Final, TypeGuard
 
 from lce_control.filters import Sample
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 
 PERIOD_S: Final = 0.01
 """Time between two ticks [s]."""
 
 
-class ControllerNode(BenchNode):
+class ControllerNode(LceNode):
     """A node that steps with each message of the topic that drives it.
 
     A measurement so becomes a command as soon as it arrives; with a timer instead it would wait for up to a period in

@@ -24,14 +24,14 @@ from lce_model import default_model, load_model
 from lce_model.inverse import BRANCHES, InverseChart, temperature_from_here_k
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
 from lce_ros.health import Level
-from lce_ros.node import BenchNode, run
+from lce_ros.node import LceNode, run
 
 ACTUAL: Final = "actual"
 HISTORY: Final = 36_000
 """Temperatures that are kept: an hour at 10 Hz."""
 
 
-class Feedforward(BenchNode):
+class Feedforward(LceNode):
     """Answers from the chart of a model's major loop, or from the present state of the strip."""
 
     def __init__(self, **options: Any) -> None:

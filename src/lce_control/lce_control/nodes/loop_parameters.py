@@ -6,10 +6,10 @@ from collections.abc import Callable
 from lce_control.cascade import Loop
 from lce_control.filters import LowPass
 from lce_control.pid import PID, Gains, Limits
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 
 
-def declare_loop(node: BenchNode, gains: Gains, limits: Callable[[], Limits], unit: str, per: str) -> Loop:
+def declare_loop(node: LceNode, gains: Gains, limits: Callable[[], Limits], unit: str, per: str) -> Loop:
     """A loop that follows the parameters of a node. New gains do not move its output.
 
     Declares kp, ki, kd, n, setpoint_weight, derivative_weight, filter_gain, filter_s and horizon_s.

@@ -9,7 +9,7 @@ from std_msgs.msg import Float64
 
 from lce_interfaces.srv import InverseTemperature
 from lce_ros.conversions import to_kelvin
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 
 ANSWER_TIMEOUT_S: Final = 1.0
 """The service is asked again if its answer takes longer [s]."""
@@ -27,7 +27,7 @@ class TargetTracker:
     refusal : why the newest target is refused, with the reachable range; None if it is followed.
     """
 
-    def __init__(self, node: BenchNode) -> None:
+    def __init__(self, node: LceNode) -> None:
         self.target_m = self.temperature_k = math.nan
         self.refusal: str | None = None
         self._node = node

@@ -39,7 +39,7 @@ from lce_drivers.laser.labjack import Calibration, LabJackLaser, ModbusRegisters
 from lce_drivers.laser.power_guard import PowerGuard, PowerLimits, PowerOutput, State
 from lce_ros.conversions import from_stamp, to_kelvin
 from lce_ros.health import Level
-from lce_ros.node import BenchNode, NodeFault, run
+from lce_ros.node import LceNode, NodeFault, run
 
 PERIOD_S: Final = 0.01
 LAST_WORD_S: Final = 0.2
@@ -55,14 +55,14 @@ LEVELS: Final = {
 }
 
 
-def simulated(node: BenchNode) -> PowerOutput:
+def simulated(node: LceNode) -> PowerOutput:
     """The laser of the simulated strip."""
     from lce_drivers.simulation.laser_output import SimulatedOutput
 
     return SimulatedOutput()
 
 
-def labjack(node: BenchNode) -> PowerOutput:
+def labjack(node: LceNode) -> PowerOutput:
     """A laser driver behind the analogue output of a LabJack T7 or T8."""
     if node.on_sim_time:
         raise ValueError("laser: a real laser does not run on simulated time; set use_sim_time to false")
@@ -90,13 +90,13 @@ def labjack(node: BenchNode) -> PowerOutput:
         raise NodeFault(f"laser: {error}") from error
 
 
-DEVICES: Final[Mapping[str, Callable[[BenchNode], PowerOutput]]] = {
+DEVICES: Final[Mapping[str, Callable[[LceNode], PowerOutput]]] = {
     "simulated": simulated,
     "labjack": labjack,
 }
 
 
-class Laser(BenchNode):
+class Laser(LceNode):
     """Applies the power that the guard and the interlock allow, 100 times a second."""
 
     def __init__(self, **options: Any) -> None:

@@ -26,12 +26,12 @@ from lce_model import Stepper
 from lce_ros.conversions import to_celsius
 from lce_ros.health import Level
 from lce_ros.messages import from_message, message_class, to_message
-from lce_ros.node import BenchNode, run
+from lce_ros.node import LceNode, run
 
 PERIOD_S: Final = 0.01
 
 
-class Simulator(BenchNode):
+class Simulator(LceNode):
     """Steps one model through the node's time."""
 
     def __init__(self, **options: Any) -> None:

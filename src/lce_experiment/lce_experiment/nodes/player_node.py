@@ -9,12 +9,12 @@ from typing import Any
 
 from lce_data.errors import LceError
 from lce_experiment.protocols import RATE_HZ
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 
 _REPORT_S = 0.25
 
 
-class Player(BenchNode):
+class Player(LceNode):
     """A node that plays for a known time, from the moment its listeners subscribe, and then is finished.
 
     A fault of the laser in its namespace ends it: the rest would be recorded in the dark.

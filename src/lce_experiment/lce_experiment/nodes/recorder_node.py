@@ -36,7 +36,7 @@ from lce_data.bag.writer import BagWriter
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, LATCHED_TOPICS, RECORDED
 from lce_ros.health import Level
-from lce_ros.node import BenchNode, run
+from lce_ros.node import LceNode, run
 from lce_ros.qos import LATCHED, deeper
 
 _QUEUE = 1000
@@ -56,7 +56,7 @@ class _Stream:
     kind: Any
 
 
-class Recorder(BenchNode):
+class Recorder(LceNode):
     """Takes raw messages and writes a rosbag2 folder."""
 
     def __init__(self, **options: Any) -> None:

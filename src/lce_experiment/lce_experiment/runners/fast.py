@@ -15,7 +15,7 @@ from rclpy.utilities import try_shutdown
 from lce_data.progress import Progress
 from lce_experiment.plan import Plan
 from lce_experiment.runners.lockstep import Lockstep
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 from lce_ros.signals import stop_signals
 
 _REPORT_TICKS = 100
@@ -46,7 +46,7 @@ def run_fast(plan: Plan, progress: Progress) -> None:
             try_shutdown()
 
 
-def _play(plan: Plan, nodes: list[BenchNode], stopped: threading.Event, progress: Progress) -> None:
+def _play(plan: Plan, nodes: list[LceNode], stopped: threading.Event, progress: Progress) -> None:
     player: Any = nodes[0]
     steps = Lockstep(nodes)
     try:

@@ -23,7 +23,7 @@ from rclpy.subscription import Subscription
 from rclpy.time import Time
 
 from lce_data.errors import LceError
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 
 TICK_NS = 10_000_000
 START_NS = 1_000_000_000
@@ -39,7 +39,7 @@ class Lockstep:
     Raises LceError if the nodes do not find each other, or a message or an answer does not arrive, within 10 s.
     """
 
-    def __init__(self, nodes: Sequence[BenchNode]) -> None:
+    def __init__(self, nodes: Sequence[LceNode]) -> None:
         self.now_ns = START_NS
         self._clocks = [cast(ROSClock, node.get_clock()) for node in nodes]
         self._timers = [timer for node in nodes for timer in node.timers]

@@ -19,7 +19,7 @@ from rosgraph_msgs.msg import Clock
 
 from lce_ros.conversions import to_stamp
 from lce_ros.domain import free_domain
-from lce_ros.node import BenchNode
+from lce_ros.node import LceNode
 from lce_ros.testing.processes import end, kill, start
 
 
@@ -48,12 +48,12 @@ class Graph:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.executor = SingleThreadedExecutor(context=self.context)
-        self.nodes: list[BenchNode] = []
+        self.nodes: list[LceNode] = []
         self.processes: list[subprocess.Popen[str]] = []
         self._clock: Any = None
         self.time_s = 0.0
 
-    def add(self, factory: Callable[..., BenchNode], *args: Any, sim_time: bool = False, **parameters: Any) -> Any:
+    def add(self, factory: Callable[..., LceNode], *args: Any, sim_time: bool = False, **parameters: Any) -> Any:
         """Make a node in the namespace /lce with parameters, and let it spin with the others."""
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         if sim_time:
@@ -63,12 +63,12 @@ class Graph:
         self.nodes.append(node)
         return node
 
-    def probe(self, name: str = "probe", sim_time: bool = False) -> BenchNode:
+    def probe(self, name: str = "probe", sim_time: bool = False) -> LceNode:
         """A plain node to publish and listen with."""
-        node: BenchNode = self.add(lambda **options: BenchNode(name, **options), sim_time=sim_time)
+        node: LceNode = self.add(lambda **options: LceNode(name, **options), sim_time=sim_time)
         return node
 
-    def hear(self, msg_type: Any, topic: str, node: BenchNode) -> Heard:
+    def hear(self, msg_type: Any, topic: str, node: LceNode) -> Heard:
         """Collect what is published on ``topic``, stamped with the clock of ``node``."""
         heard = Heard()
 
