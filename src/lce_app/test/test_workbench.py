@@ -204,6 +204,22 @@ def test_a_comparison_without_a_model_says_what_to_do(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("former", "seen"),
+    [
+        ("Look", "A model and a run are needed"),
+        ("Learn", "A model and a run to learn from are needed"),
+        ("Tell apart", "A model is needed. Fit one"),
+        ("Take away", "There is no model yet"),
+    ],
+)
+def test_a_link_with_the_former_name_of_a_tab_opens_it(folder: Path, former: str, seen: str) -> None:
+    async def story(user: User, state: WorkbenchState) -> None:
+        await user.should_see(seen)
+
+    tell(folder, story, former)
+
+
+@pytest.mark.parametrize(
     ("token", "headers", "query", "status"),
     [
         ("", {"host": "127.0.0.1:8080"}, "", 200),

@@ -145,13 +145,20 @@ def _summary(result: FitResult) -> str:
         lines += ["", *(_strong_correlations(result))]
         if result.identifiability.sentences:
             lines += ["What the data leave open:", *(f"- {s}" for s in result.identifiability.sentences)]
-    lines += ["", f"{'run':24s} {'T NRMSE':>8s} {'d NRMSE':>8s}"]
+    return "\n".join([*lines, "", *_errors(result)])
+
+
+def _errors(result: FitResult) -> list[str]:
+    """The error of each run and sensor, as lines of a table."""
+    from lce_data.channels import SENSORS
+
+    heads = [f"{channel.symbol} NRMSE" for channel in SENSORS]
+    lines = [" ".join([f"{'run':24s}", *(f"{head:>8s}" for head in heads)])]
     for entry in result.model.fit["runs"]:
-        cells = [
-            f"{entry[k] * 100:7.2f}%" if k in entry else "       –" for k in ("temperature_nrmse", "displacement_nrmse")
-        ]
-        lines.append(f"{entry['name']:24s} {cells[0]:>8s} {cells[1]:>8s}")
-    return "\n".join(lines)
+        errors = [entry.get(f"{channel.name}_nrmse") for channel in SENSORS]
+        cells = ["       –" if error is None else f"{error * 100:7.2f}%" for error in errors]
+        lines.append(" ".join([f"{entry['name']:24s}", *cells]))
+    return lines
 
 
 def _strong_correlations(result: FitResult, threshold: float = 0.95) -> list[str]:

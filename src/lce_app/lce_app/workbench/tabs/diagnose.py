@@ -97,6 +97,7 @@ def _candidate(state: WorkbenchState, candidate: Mapping[str, Any]) -> None:
         .mark(f"candidate {candidate['effect']}") as open_
     ):
         if effect is not None:
+            ui.label(f"{effect.title}: {effect.meaning}")
             ui.html(f"<code>{html.escape(effect.equation)}</code>", sanitize=False)
             with ui.element("ul"):
                 for p in effect.parameters:
