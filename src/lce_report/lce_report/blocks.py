@@ -20,7 +20,7 @@ Form = Literal["line", "step", "dashed", "points", "marked"]
 
 @dataclass(frozen=True)
 class Axis:
-    """What an axis shows, and its unit ("1" for a pure number); ``whole`` where there is nothing between 1 and 2."""
+    """What an axis shows, and its unit ("1" for a pure number); ``whole`` if its ticks are whole numbers."""
 
     name: str
     unit: str
@@ -80,8 +80,8 @@ class Loop:
 class Heat:
     """A table of numbers (rows, columns) tinted by size, NaN left empty; diverging: negative and positive apart.
 
-    digits is the format of a number; notes, of the same shape, appear under the pointer. On a page that answers, a cell
-    is a button, and ``pick`` says of what.
+    digits is the format of a number; notes, of the same shape, appear under the pointer. In the workbench a cell is a
+    button, and ``pick`` is the name that its click reports.
     """
 
     title: str
@@ -106,7 +106,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Bars:
-    """Horizontal bars from zero, a group under the other; unit "1" is a pure number.
+    """Horizontal bars from zero, one group under the other; unit "1" is a pure number.
 
     ``mark`` is a threshold; ``full`` is the value of a whole bar, else the largest there is.
     """

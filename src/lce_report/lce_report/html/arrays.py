@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Series for a page: thinned to what the eye can see, and packed; or as they are."""
+"""The numbers of a page: thinned to what the eye can see and packed (Arrays), or as they are (Samples)."""
 
 import base64
 import zlib
@@ -54,7 +54,7 @@ class Arrays:
 
 
 class Samples:
-    """All numbers of a page as they are, in single precision: for a page that is near its server.
+    """All numbers of a page in single precision, none left out: for the workbench, whose page is near its server.
 
     The page gets [begin, length]; NaN is a gap.
     """

@@ -76,7 +76,7 @@ const lceFigures = (array) => {
     }],
   } } : {});
 
-  // Samples that something points at: stretches of the linked x, shaded in curves, marked in traces.
+  // Samples that something points at: intervals of the linked x, shaded in curves, marked in traces.
   const light = (name, spans) => {
     const together = group(name);
     together.lit = spans;
