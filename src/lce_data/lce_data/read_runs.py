@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Experiments in: a rosbag2 folder, an MCAP file or a CSV becomes a Run, in SI units."""
+"""Read experiments: a rosbag2 folder, an MCAP file or a CSV file becomes a Run in SI units."""
 
 import hashlib
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ FEWEST_SAMPLES: Final = 8
 
 
 def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
-    """Read several runs; two of the same name are told apart by their folders."""
+    """Read several runs. Runs of the same name get the name of their folder in front. Raises LceError as `read_run`."""
     runs = [read_run(p) for p in paths]
     names = [r.name for r in runs]
     return tuple(
@@ -32,7 +32,10 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
 
 
 def read_run(path: str | Path) -> Run:
-    """Read one run; LceError says in one line which file and row or topic is wrong, and what to do."""
+    """Read one run.
+
+    Raises LceError; its one line names the file, the row, key or topic, and what to do.
+    """
     path = Path(path)
     if not path.exists():
         raise LceError(f"{path}: no such file or folder")
@@ -63,7 +66,7 @@ def _run(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
 
 
 def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series:
-    """The series as recorded."""
+    """The series as recorded. Raises LceError if it is short, not finite, or its time does not increase."""
     if time.size < FEWEST_SAMPLES:
         raise LceError(
             f"{path}: {channel.name} has {time.size} samples; {FEWEST_SAMPLES} are the least that say anything"
@@ -82,7 +85,7 @@ def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series
 
 
 def _check_values(path: Path, channel: Channel, value: Floats) -> None:
-    """Raise LceError for values [recorded unit] that no bench gives: a unit was mistaken."""
+    """Raise LceError for values [recorded unit] that no bench gives, because a unit was mistaken."""
     low, typical, high = float(value.min()), float(np.median(value)), float(value.max())
     unit = channel.recorded.symbol
     if low < channel.lowest:
