@@ -12,7 +12,7 @@ from lce_ros.node import LceNode
 
 
 class SensorNode(LceNode):
-    """A node that publishes each reading of its device once, and says so in /diagnostics when there is none.
+    """A node that publishes each reading of its device once, and warns in /diagnostics when readings stop.
 
     A device without new readings publishes nothing: an old value is never repeated.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A ROS domain of one's own, so that a run neither hears nor disturbs what else is going on."""
+"""A ROS domain of one's own, so that a run neither receives nor disturbs other traffic."""
 
 from __future__ import annotations
 

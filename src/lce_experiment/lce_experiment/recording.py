@@ -19,7 +19,7 @@ def record(plan: Plan, progress: Progress = silent) -> None:
     Parameters
     ----------
     plan : the run.
-    progress : hears of the whole seconds played; its error is NaN. If it raises, the run ends in order.
+    progress : receives the whole seconds played; its error is NaN. If it raises, the run ends in order.
 
     Raises
     ------

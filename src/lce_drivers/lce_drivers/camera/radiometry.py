@@ -35,7 +35,7 @@ class Region:
                 raise ValueError(f"region {name}: {getattr(self, name)} is negative")
 
     def crop(self, frame: Frame) -> Frame:
-        """The part of a frame (h, w); ValueError where it is not within the frame."""
+        """The part of a frame (h, w). Raises ValueError if the region is not within the frame."""
         height, width = frame.shape
         right = self.x + self.width if self.width else width
         bottom = self.y + self.height if self.height else height
@@ -47,7 +47,7 @@ class Region:
 
 
 def decode_mono16(data: bytes, width: int, height: int, byte_order: ByteOrder) -> Frame:
-    """Counts (height, width) of a Mono16 buffer; ValueError where its size does not fit."""
+    """Counts (height, width) of a Mono16 buffer. Raises ValueError if its size does not fit."""
     if len(data) != 2 * width * height:
         raise ValueError(f"a Mono16 frame of {width} x {height} has {2 * width * height} bytes, not {len(data)}")
     counts = np.frombuffer(data, dtype="<u2" if byte_order == "little" else ">u2")
@@ -65,10 +65,10 @@ def strip_temperature_k(counts: Frame, kelvin_per_count: float, statistic: Stati
 
 
 def implausible(counts: Frame, kelvin_per_count: float, lower_k: float, upper_k: float) -> str | None:
-    """Why the counts (h, w) cannot be temperatures within [lower_k, upper_k]; None where they can.
+    """Why the counts (h, w) cannot be temperatures within [lower_k, upper_k] [K]; None if they can.
 
-    The median is judged, so that a hot pixel is no fault. Cameras have been seen to send Mono16 with its
-    bytes swapped: where swapping mends it, the sentence says so.
+    The median is judged, so a hot pixel is no fault. Some cameras send Mono16 with its bytes swapped: if swapping would
+    help, the sentence says so.
     """
     median_k = float(np.median(counts)) * kelvin_per_count
     if lower_k <= median_k <= upper_k:

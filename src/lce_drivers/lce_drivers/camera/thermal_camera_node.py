@@ -28,6 +28,14 @@ POLL_S: Final = 0.01
 
 def flir(node: SensorNode) -> SensorDevice:
     """A FLIR A3x5 on the network, by Aravis."""
+    settings = _declared_settings(node)
+    device = Background(lambda: FlirLink(settings, node.now_s), "flir")
+    node.every(POLL_S, lambda: node.deliver_newest(device.poll()))
+    return device
+
+
+def _declared_settings(node: SensorNode) -> CameraSettings:
+    """The parameters flir.* of the node."""
 
     def fixed(name: str, default: Any, description: str, **limits: Any) -> Any:
         return node.declare(f"flir.{name}", default, description, read_only=True, **limits)
@@ -35,7 +43,10 @@ def flir(node: SensorNode) -> SensorDevice:
     def pixels(name: str, description: str) -> int:
         return int(fixed(name, 0, description, unit="pixel", lower=0, upper=4096))
 
-    settings = CameraSettings(
+    def kelvin(name: str, default_c: float, description: str) -> float:
+        return to_kelvin(fixed(name, default_c, description, unit="°C", lower=-273.15, upper=2000.0))
+
+    return CameraSettings(
         camera=fixed("camera", "", "name or address, empty: the first found"),
         ir_format=fixed(
             "ir_format",
@@ -51,33 +62,12 @@ def flir(node: SensorNode) -> SensorDevice:
             pixels("height", "height of the strip, 0: to the edge"),
         ),
         statistic=fixed("statistic", "mean", "how the region becomes one temperature", choices=STATISTICS),
-        lower_k=to_kelvin(
-            fixed(
-                "lower_c",
-                -20.0,
-                "lowest plausible temperature; colder frames are dropped",
-                unit="°C",
-                lower=-273.15,
-                upper=2000.0,
-            )
-        ),
-        upper_k=to_kelvin(
-            fixed(
-                "upper_c",
-                350.0,
-                "highest plausible temperature; hotter frames are dropped",
-                unit="°C",
-                lower=-273.15,
-                upper=2000.0,
-            )
-        ),
+        lower_k=kelvin("lower_c", -20.0, "lowest plausible temperature; colder frames are dropped"),
+        upper_k=kelvin("upper_c", 350.0, "highest plausible temperature; hotter frames are dropped"),
         latency_s=fixed("latency_s", SHEET.latency_s, "age of a frame when it arrives", unit="s", lower=0.0, upper=1.0),
         packet_size=fixed("packet_size", 0, "network packets, 0: the camera's own", unit="byte", lower=0, upper=9000),
         rate_hz=SHEET.rate_hz,
     )
-    device = Background(lambda: FlirLink(settings, node.now_s), "flir")
-    node.every(POLL_S, lambda: node.deliver_newest(device.poll()))
-    return device
 
 
 DEVICES: Final[dict[str, DeviceFactory]] = {"flir": flir}

@@ -25,7 +25,7 @@ _AFTER_TICKS = 5
 
 
 def run_fast(plan: Plan, progress: Progress) -> None:
-    """Play and record `plan` as quickly as the machine can; `progress` hears of the simulated seconds played.
+    """Play and record `plan` as quickly as the machine can; `progress` receives the simulated seconds played.
 
     A stop signal becomes a KeyboardInterrupt between two ticks: within a call into rclpy it would be another error.
     However the run ends, the recorder is closed last. The same plan gives the same file, byte for byte.

@@ -16,7 +16,7 @@ _LOOK_S = 0.01
 
 
 def run_realtime(plan: Plan, progress: Progress) -> None:
-    """Play and record `plan`; `progress` hears of the seconds played.
+    """Play and record `plan`; `progress` receives the seconds played.
 
     Raises LceError naming a node that ended early. However the run ends, the player ends first and the recorder last,
     so that the laser's last zero is recorded and the bag is finished.
