@@ -23,7 +23,26 @@ FEWEST_SAMPLES: Final = 8
 
 
 def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
-    """Read several runs. Runs of the same name get the name of their folder in front. Raises LceError as `read_run`."""
+    """Read several runs.
+
+    Parameters
+    ----------
+    paths : rosbag2 folders, MCAP files or CSV files.
+
+    Returns
+    -------
+    tuple[Run, ...]
+        In the order given; runs of the same name get the name of their folder in front.
+
+    Raises
+    ------
+    LceError
+        As `read_run`.
+
+    Examples
+    --------
+    >>> runs = read_runs(["runs/pulse", "runs/stairs.csv"])  # doctest: +SKIP
+    """
     runs = [read_run(p) for p in paths]
     names = [r.name for r in runs]
     return tuple(
@@ -34,7 +53,23 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
 def read_run(path: str | Path) -> Run:
     """Read one run.
 
-    Raises LceError; its one line names the file, the row, key or topic, and what to do.
+    Parameters
+    ----------
+    path : a rosbag2 folder, an MCAP file or a CSV file.
+
+    Returns
+    -------
+    Run
+        Its series in SI units, and what ``experiment.yaml`` says of it.
+
+    Raises
+    ------
+    LceError
+        If the run cannot be used; one line names the file, the row, key or topic, and what to do.
+
+    Examples
+    --------
+    >>> run = read_run("runs/pulse")  # doctest: +SKIP
     """
     path = Path(path)
     if not path.exists():
