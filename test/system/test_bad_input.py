@@ -72,7 +72,7 @@ MODEL: dict[str, tuple[Callable[[dict], None], str]] = {  # type: ignore[type-ar
     "a value outside its range": (lambda m: m["parameters"]["lumped"]["tau"].update(value=-3.0), "lumped.tau: -3 s"),
     "a value that is no number": (
         lambda m: m["parameters"]["lumped"]["tau"].update(value="long"),
-        "parameters.lumped.tau.value: 'long'",
+        "parameters.lumped.tau.value is 'long'",
     ),
 }
 
