@@ -289,6 +289,7 @@ def test_the_limit_is_never_above_what_the_device_can_give(bench: Graph, device:
     assert device.dac0_v == 5.0
 
 
+@pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")  # PyGObject's, where Aravis is installed
 def test_hardware_yaml_names_parameters_that_exist(bench: Graph, device: LabJackEmulator) -> None:
     """A misspelt name in a parameter file is silently ignored by ROS."""
     config = Path(__file__).parents[2] / "lce_bringup" / "config" / "hardware.yaml"
