@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make control`: the modes of control beside each other and beside the bang-bang limit, as in Tables 6.2 and 6.3.
 
-The controllers of the nodes, closed over the simulated strip with its sensors' noise (lce_control.tuning.closed_loop);
-one run
+The controllers of the nodes are closed over the simulated strip with the noise of its sensors, without ROS; one run
 goes through the real nodes as well. Writes docs/control_comparison.md and docs/pictures/control.svg.
 """
 
@@ -90,7 +89,7 @@ class Results:
         self.loops: dict[tuple[str, str, int], ClosedLoop] = {}
 
     def play(self, cases: Sequence[Case], modes: Sequence[str], seeds: int) -> None:
-        """Add the runs; the limit knows no noise and needs no second seed."""
+        """Add the runs; the limit has no noise and needs no second seed."""
         jobs = [
             (case, mode, seed) for case in cases for mode in modes for seed in range(1 if mode == "limit" else seeds)
         ]
@@ -99,15 +98,15 @@ class Results:
             self.loops[case.name, mode, seed] = loop
 
     def of(self, case: Case, mode: str) -> list[ClosedLoop]:
-        """All seeds."""
+        """The runs of a case in a mode, one for each seed."""
         return [loop for (name, m, _), loop in self.loops.items() if (name, m) == (case.name, mode)]
 
     def figures(self, case: Case, mode: str) -> list[list[StepMetrics]]:
-        """Of every seed the figures of every step."""
+        """The figures of every step, for each seed."""
         return [_figures(case, loop) for loop in self.of(case, mode)]
 
     def worst(self, cases: Sequence[Case], mode: str, name: str, first: int = 0) -> float:
-        """Largest figure of the name over cases, seeds and steps from the ``first`` on."""
+        """The largest figure ``name`` of all cases, seeds and steps from the ``first`` on; inf if one is NaN."""
         found = [getattr(f, name) for c in cases for steps in self.figures(c, mode) for f in steps[first:]]
         return math.inf if any(math.isnan(x) for x in found) else max(found)
 
@@ -128,7 +127,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def seconds(value: float) -> str:
-    """A time, or that it never came."""
+    """A time [s] as text, or "never"."""
     return f"{value:.2f}" if math.isfinite(value) else "never"
 
 
@@ -259,7 +258,7 @@ def trajectories(results: Results) -> list[str]:
 
 
 def disturbances(results: Results) -> list[str]:
-    """How far a strip that was held is moved, and for how long."""
+    """How far a disturbance moves a strip that is held, and for how long."""
     rows = []
     for case in DISTURBANCES:
         cells = [case.name]

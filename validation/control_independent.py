@@ -43,8 +43,8 @@ def identified(specimen: Specimen) -> Model:
         return replace(fit(start, [runs[name] for name in TRAINING]).model, fit={})  # its record does not pickle
 
 
-def led(specimen: Specimen, model: Model, mode: str, seed: int) -> list[StepMetrics]:
-    """The figures of each step under a mode that knows the model."""
+def step_figures(specimen: Specimen, model: Model, mode: str, seed: int) -> list[StepMetrics]:
+    """The figures of each step in a mode of control that knows the model."""
     step, targets_m = controller(mode, model), [1e-3 * target for target in specimen.targets_mm]
     strip = LiveStrip(specimen.strip)
     loop = run(
@@ -62,7 +62,7 @@ def led(specimen: Specimen, model: Model, mode: str, seed: int) -> list[StepMetr
 
 
 def full_power_s(specimen: Specimen) -> float:
-    """When full power brings the strip to 80 % of its first target [s]: nothing is faster."""
+    """Time in which full power brings the strip to 80 % of its first target [s]: nothing is faster."""
     strip, steps = LiveStrip(specimen.strip), 0
     while strip.displacement_m < 0.8e-3 * specimen.targets_mm[0]:
         strip.step(MAX_POWER_W, PERIOD_S)
@@ -76,7 +76,7 @@ def rows(seeds: int, workers: int) -> Iterator[list[str]]:
         model, fastest_s = identified(specimen), full_power_s(specimen)
         for mode in MODES:
             with ProcessPoolExecutor(workers) as pool:
-                jobs = [pool.submit(led, specimen, model, mode, seed) for seed in range(seeds)]
+                jobs = [pool.submit(step_figures, specimen, model, mode, seed) for seed in range(seeds)]
             every = [job.result() for job in jobs]
             steps = [figures for one in every for figures in one]
             yield [

@@ -17,7 +17,7 @@ COLUMNS = 3
 
 @dataclass(frozen=True)
 class Picture:
-    """A curve over the same x as the one that it should be, all (n,)."""
+    """A curve (n,) and its reference (n,) over the same x (n,)."""
 
     title: str
     x: Floats

@@ -54,7 +54,7 @@ class Bench:
             "temperature_setpoint": Temperature,
         }
         self.heard = {topic: g.hear(kind, topic, self.operator) for topic, kind in topics.items()}
-        self.told: Heard = g.hear(DiagnosticArray, "/diagnostics", self.operator)
+        self.diagnostics: Heard = g.hear(DiagnosticArray, "/diagnostics", self.operator)
         self.steps = Lockstep(g.nodes)
 
     def follow(self, target_m: float, duration_s: float) -> np.ndarray:
@@ -70,7 +70,8 @@ class Bench:
             self.steps.tick()
 
     def said(self, name: str) -> list[str]:
-        return [s.message for m in self.told.messages for s in m.status if s.name == f"/lce/{name}"]
+        """The messages of a node in /diagnostics so far."""
+        return [s.message for m in self.diagnostics.messages for s in m.status if s.name == f"/lce/{name}"]
 
 
 @contextmanager
@@ -159,13 +160,13 @@ def test_nonsense_at_the_inner_loop_is_zero_power(bench: Graph, setpoint_c: floa
     setpoints, camera = (operator.advertise(Temperature, topic) for topic in ("temperature_setpoint", "temperature"))
     commands = bench.hear(Float64, "laser/power_command", operator)
 
-    def tell() -> None:
+    def publish() -> None:
         measured = Temperature(temperature=28.0)
         measured.header.stamp = to_stamp(bench.time_s + ahead_s)
         camera.publish(measured)
         setpoints.publish(Temperature(temperature=setpoint_c))
 
-    bench.lockstep(20, tell)
+    bench.lockstep(20, publish)
     assert len(commands) >= 15 and (commands.data[-1] > 0.0) is lit
 
 
@@ -195,8 +196,8 @@ def test_the_actual_branch_is_that_of_the_way_the_strip_has_come(bench: Graph, t
         asked = []
         for target_m in (1.0e-3, 2.2e-3, 1.0e-3):
             b.follow(target_m, 15.0)
-            told = [s for m in b.told.messages for s in m.status if s.name == "/lce/outer_controller"][-1]
-            asked.append(float(next(v.value for v in told.values if v.key == "feedforward_c")))
+            status = [s for m in b.diagnostics.messages for s in m.status if s.name == "/lce/outer_controller"][-1]
+            asked.append(float(next(v.value for v in status.values if v.key == "feedforward_c")))
     assert asked[2] < asked[0] - 2.0 < asked[1]
 
 

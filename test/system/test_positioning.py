@@ -47,10 +47,10 @@ def test_figures_and_pictures(mode: str, tmp_path: Path, capfd: pytest.CaptureFi
     words = ["control", *map(str, targets_mm), "--mode", mode, "--fast", "--seed", "1", "--hold", "32"]
     words += ["--strip", str(strip_file)]
     assert cli.main([*words, "--out", str(tmp_path / "out"), "--json", str(figures), "--report", str(page)]) == 0
-    told = json.loads(figures.read_text(encoding="utf-8"))
-    assert told["mode"] == mode and [set(entry) for entry in told["targets"]] == [KEYS] * len(targets_mm)
+    found = json.loads(figures.read_text(encoding="utf-8"))
+    assert found["mode"] == mode and [set(entry) for entry in found["targets"]] == [KEYS] * len(targets_mm)
     printed = capfd.readouterr().out
-    for entry, target_mm in zip(told["targets"], targets_mm, strict=True):
+    for entry, target_mm in zip(found["targets"], targets_mm, strict=True):
         bag = tmp_path / "out" / f"{target_mm:g}mm" if len(targets_mm) > 1 else tmp_path / "out"
         assert str(bag) in printed and f"{entry['rise_time_s']:.2f}" in printed
         time_s, d = values(bag, "/lce/sim/displacement")
@@ -65,7 +65,7 @@ def test_figures_and_pictures(mode: str, tmp_path: Path, capfd: pytest.CaptureFi
         assert text.count(f"<figcaption>{panel}") == len(targets_mm)
     best = bang_bang(strip, 1e-3, 10.0)
     limit_s = step_metrics(best.time_s, best.displacement_m, 1e-3).rise_time_s
-    assert told["targets"][0]["limit_rise_time_s"] == pytest.approx(limit_s)
+    assert found["targets"][0]["limit_rise_time_s"] == pytest.approx(limit_s)
 
 
 @pytest.mark.alone

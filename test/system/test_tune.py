@@ -38,8 +38,8 @@ def test_gains_in_the_form_of_control_yaml_and_a_report(tmp_path: Path, capsys: 
     printed = capsys.readouterr().out
     assert [line.split()[0] for line in printed.splitlines()[1:4]] == ["inner", "double", "single"]
     text = report.read_text(encoding="utf-8")
-    for told in ("overshoot ≤ 20.0%", "open single loop, phase", "Double loop", f"{found[SINGLE]['kp']:g}"):
-        assert told in text
+    for said in ("overshoot ≤ 20.0%", "open single loop, phase", "Double loop", f"{found[SINGLE]['kp']:g}"):
+        assert said in text
 
 
 def test_on_the_bench_the_running_nodes_are_what_is_judged(

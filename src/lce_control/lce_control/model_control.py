@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Position control by the identified model, beyond the dissertation (its §6.5.3 and §8.2 ask for it)."""
+"""Position control by the identified model, which §6.5.3 and §8.2 of Wu (2021) propose for later work."""
 
 import math
 from typing import Final

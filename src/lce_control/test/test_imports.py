@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the node of a controller loads: a start on the bench waits for nothing that the controller does not need."""
+"""What the node of a controller loads: its start does not wait for code that it does not need."""
 
 import subprocess
 import sys

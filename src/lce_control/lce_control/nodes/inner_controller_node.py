@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node `inner_controller`: laser power that brings the strip to a temperature, the inner loop of Fig. 6.2.
+"""Node `inner_controller`: laser power that brings the strip to a temperature, the inner loop of Fig. 6.2 of Wu (2021).
 
 Subscribes  temperature_setpoint  sensor_msgs/Temperature, °C; NaN: no setpoint
             temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement

@@ -161,6 +161,7 @@ class TuningPlant:
         return Loop.of(gains_of(parameters[node]), limits, self.options.filter_s)
 
     def _box(self, node: str, lowest_kp: float) -> dict[str, tuple[float, float]]:
+        """Bounds of a node's axes: gains from ``lowest_kp`` on, times in shares of the strip's time constant."""
         tau_s = self.linear.tau_s
         return {
             f"{node}.kp": (lowest_kp, 1000.0 * lowest_kp),
