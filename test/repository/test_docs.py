@@ -41,7 +41,7 @@ def test_links_lead_to_files_of_the_repository(document: Path) -> None:
 def test_modules_that_are_named_exist(document: Path) -> None:
     folders = [ROOT, *ROOT.glob("src/*"), *ROOT.glob("src/*/lce_*")]
     for text in code(document):
-        for name in re.findall(r"(?<![\w./-])\w+/[\w/]+\.py\b", text):
+        for name in re.findall(r"(?<![\w./-])[a-z_]+/[a-z0-9_/]+\.py\b", text):
             assert any((folder / name).exists() for folder in folders), f"{document.name}: {name}"
 
 

@@ -40,10 +40,15 @@ ROSDEP = {  # import name: rosdep key, where they differ
 
 
 def imported(files: list[Path]) -> set[str]:
-    """Top-level names of the third-party modules that files import, at any depth."""
+    """Top-level names of the third-party modules that files import, at any depth, but for types alone."""
     names: set[str] = set()
     for file in files:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        types = [n for n in ast.walk(tree) if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"]
+        left_out = {id(n) for branch in types for n in ast.walk(branch)}
+        for node in ast.walk(tree):
+            if id(node) in left_out:
+                continue
             if isinstance(node, ast.Import):
                 names |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
