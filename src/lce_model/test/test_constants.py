@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+import scipy.constants
+
+from lce_model import constants
+
+
+def test_constants_are_those_of_the_si() -> None:
+    assert constants.BOLTZMANN == scipy.constants.Boltzmann
+    assert constants.STEFAN_BOLTZMANN == scipy.constants.Stefan_Boltzmann
