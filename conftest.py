@@ -58,7 +58,14 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
     """Plain `pytest` uses every core; tests that are named run in this process."""
     option = config.option
     plain = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not _chosen(config)
-    if plain and getattr(option, "numprocesses", 0) is None and not option.usepdb and not option.collectonly:
+    worker = hasattr(config, "workerinput")
+    if (
+        plain
+        and not worker
+        and getattr(option, "numprocesses", 0) is None
+        and not option.usepdb
+        and not option.collectonly
+    ):
         option.numprocesses = config.hook.pytest_xdist_auto_num_workers(config=config)
         option.dist = "worksteal"
 
