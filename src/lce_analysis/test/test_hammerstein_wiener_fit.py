@@ -35,6 +35,7 @@ def error_k(model: Model, run: Run) -> float:
     return float(np.sqrt(np.mean((found - run.temperature.value) ** 2)))
 
 
+@pytest.mark.slow
 def test_it_describes_a_strip_that_no_lumped_model_does() -> None:
     runs = [
         recorded("up", zigzag([0.0, 2.0, 1.0, 2.0, 0.5, 1.5, 0.0, 0.0]), 1),

@@ -40,6 +40,7 @@ def runs(tmp_path: Path) -> list[str]:
     return [str(_recorded(tmp_path / f"{name}.csv", p, i)) for i, (name, p) in enumerate(waves.items())]
 
 
+@pytest.mark.slow
 def test_from_a_misfit_to_a_model_that_predicts_a_run_it_never_saw(
     runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -68,6 +69,7 @@ def test_from_a_misfit_to_a_model_that_predicts_a_run_it_never_saw(
     assert "creep added" in second.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_designed_wave_is_one_that_can_be_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model, wave = tmp_path / "m.yaml", tmp_path / "wave.csv"
     save_model(STRIP, model)

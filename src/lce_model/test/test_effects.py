@@ -78,6 +78,7 @@ def test_an_effect_explains_itself(effect: Effect) -> None:
         assert parameter.source
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deformation", [*BASES, "prandtl_ishlinskii", "none"])
 def test_at_their_null_values_all_effects_together_change_nothing_to_the_last_bit(deformation: str) -> None:
     model = default_model("lumped", deformation)

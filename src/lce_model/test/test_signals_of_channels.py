@@ -78,6 +78,7 @@ def test_every_sensor_has_its_signal_and_its_column() -> None:
     assert list(RECORDED)[-len(outputs) :] == outputs
 
 
+@pytest.mark.slow
 def test_a_run_and_a_strip_in_motion_go_by_channel() -> None:
     model = default_model().configured({"camera_lag.tau": 0.3, "displacement_drift.rate": 1e-6})
     run, strip = simulate(model, TIME, POWER_W), Stepper(model)
@@ -110,6 +111,7 @@ def test_a_model_predicts_the_channels_of_its_stages(
     assert not model.predicts(POWER)
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(120)  # a process that compiles three kernels
 def test_a_made_up_force_gauge_needs_a_channel_and_a_term(tmp_path: Path) -> None:
     file = tmp_path / "force_gauge.py"
