@@ -55,7 +55,7 @@ def test_a_service_has_no_more_rights_than_it_needs(name: str) -> None:
     assert not service.get("privileged") and "user" not in service
 
 
-@pytest.mark.parametrize("name", set(compose()["services"]) - {JOB})
+@pytest.mark.parametrize("name", sorted(set(compose()["services"]) - {JOB}))
 def test_health_is_what_the_node_says_of_itself(name: str) -> None:
     assert compose()["services"][name]["healthcheck"]["test"][-1] == f"/lce/{name}"
 
