@@ -2,7 +2,8 @@
 """What a sensor costs that nobody thought of: a made-up force gauge, added to a copy of the sources by a patch.
 
 The patch is the measure: at most six files, one of them the driver. With it a run of the node graph is recorded, a
-model of the force fitted, compared and reported, without an edit anywhere else.
+model of the force fitted, compared and reported, and the tests that hold packages, containers and documents together
+pass, without an edit anywhere else.
 """
 
 import json
@@ -24,7 +25,7 @@ STIFFNESS = 200.0  # N/m
 
 MAKE_STRIP = f"""
 from lce_model import default_model, save_model
-save_model(default_model().add("force_gauge").set({{"force_gauge.stiffness": {STIFFNESS}}}), "strip.yaml")
+save_model(default_model().add("force_gauge.py").set({{"force_gauge.stiffness": {STIFFNESS}}}), "strip.yaml")
 """
 
 
@@ -38,7 +39,10 @@ def test_the_patch_touches_six_files_at_most_and_one_is_the_driver() -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder with a recorded run, a fitted model, a comparison and its report, all made by the patched sources."""
     place = tmp_path_factory.mktemp("third_sensor")
-    shutil.copytree(ROOT / "src", place / "src", ignore=shutil.ignore_patterns("__pycache__", "test"))
+    for name in ("src", "docker", "test"):
+        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "conftest.py"):
+        shutil.copy(ROOT / name, place / name)
     subprocess.run(["git", "apply", str(PATCH)], cwd=place, check=True)
     packages = os.pathsep.join(str(path) for path in sorted((place / "src").iterdir()))
     environment = os.environ | {"PYTHONPATH": packages + os.pathsep + os.environ.get("PYTHONPATH", "")}
@@ -52,8 +56,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     lce = "-m", "lce_app.cli.main"
     python("-c", MAKE_STRIP)
     python(*lce, "run", "pulse:amp=0.4,th=20,rest=20", "--fast", "--seed=1", "--model=strip.yaml", "--out=run")
-    python(*lce, "fit", "run", "--effect=force_gauge", "--out=model.yaml")
+    python(*lce, "fit", "run", "--effect=force_gauge.py", "--out=model.yaml")
     python(*lce, "compare", "run", "--model=model.yaml", "--json=compare.json", "--report=compare.html")
+    held_together = "test/repository/test_workspace.py", "test/system/test_docker.py"
+    not_built = "--deselect=test/system/test_docker.py::test_the_services_commands_record_an_experiment"
+    python("-m", "pytest", "-q", "-p", "no:cacheprovider", *held_together, not_built)
     yield place
     shutil.rmtree(place)
 
