@@ -2,9 +2,11 @@
 """What a user of the analysis may choose: a frozen class for each use case, each field with its unit and its reason."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
+from lce_data.channels import SENSORS, Channel
 from lce_data.errors import LceError
 
 Drive = Literal["model", "measured"]
@@ -13,7 +15,7 @@ Drive = Literal["model", "measured"]
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How a model is identified; the defaults serve every model of the library.
+    """How a model is identified, and when its parameters count as known; the defaults serve every model of the library.
 
     Parameters
     ----------
@@ -27,9 +29,29 @@ class FitOptions:
         and are enough.
     refined : members of each population that are refined by least squares.
     reweighted : rounds of the joint fit, each with the misfit of the last as weights.
+    same_weights : the rounds end when no weight changes by this share or more.
     negligible : the joint fit ends at a step that changes the sum of squares, in units of the misfit, by less:
         a fifth of a standard error.
     noise_level : RMS residual in units of the noise at which a search is over.
+    moved : under constant power a series shows a step if it drifts by more than so many times its noise.
+    undetermined : standard error, in natural units (e-folds, tenths of the bounds), above which the data do not
+        determine a parameter.
+    strong_correlation : |ρ| above which two parameters are reported as strongly correlated.
+    outlier_factor : a run is called another strip if its own time constant or gain differs from the median of the
+        other runs by this factor.
+    outlier_error : relative standard error above which a run does not determine them well enough to be compared.
+    profile_points : values that a profile likelihood tries on each side of the optimum, at most.
+    bootstrap_block : length of the blocks of residuals that are resampled, in their correlation times.
+
+    Raises
+    ------
+    LceError
+        If a value cannot be used; it names the field.
+
+    Examples
+    --------
+    >>> FitOptions(drive="measured", seed=1).starts
+    20
     """
 
     drive: Drive = "model"
@@ -42,32 +64,80 @@ class FitOptions:
     reweighted: int = 3
     negligible: float = 0.05
     noise_level: float = 1.05
+    same_weights: float = 0.05
+    moved: float = 5.0
+    undetermined: float = 0.5
+    strong_correlation: float = 0.95
+    outlier_factor: float = 1.2
+    outlier_error: float = 0.05
+    profile_points: int = 8
+    bootstrap_block: float = 4.0
 
     def __post_init__(self) -> None:
-        if self.drive not in ("model", "measured"):
-            raise LceError(f"drive: {self.drive!r} is neither 'model' nor 'measured'")
-        for name in ("random_guesses", "starts", "evolutions", "refined", "reweighted"):
-            if getattr(self, name) < 1:
-                raise LceError(f"{name}: {getattr(self, name)} is not 1 or more")
+        _check_drive(self.drive)
+        _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "reweighted", "profile_points")
+        _check_at_least(self, 0, "seed")
+        _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "outlier_error", "bootstrap_block")
+        _check_at_least(self, 0.0, "same_minimum", "same_weights")
+        _check_share(self, "strong_correlation")
+        if not (math.isfinite(self.outlier_factor) and self.outlier_factor > 1.0):
+            raise LceError(f"outlier_factor: {self.outlier_factor:g} must be above 1")
 
 
 @dataclass(frozen=True)
 class CompareOptions:
-    """How a model is compared with runs, and from which sizes on a misfit is spoken of.
+    """How a model is compared with runs, and how large a misfit must be to be reported.
 
     Parameters
     ----------
     drive : what drives the T→d stage.
     at_noise, uncertain : a residual above the noise by no more than the share at_noise + uncertain/√N is noise: the
         ratio of white noise to its estimate from N samples scatters by 1.35/√N.
-    even : the error is spread evenly if even the interval with most of it has less than so many times its samples'
-        share.
+    even : the error counts as spread evenly if the interval that holds most of it has less than this many times the
+        error that its share of the samples would give.
+    turn_k : a turn of the temperature by less [K] does not begin another cycle: the noise of the camera is smaller.
+    hold_share : the temperature is held where it changes by less than this share of the run's fastest rate.
+    still_k_s : a rate [K/s] so slow is a hold in any run.
+    most : the interval with most of the error is the smallest that holds this share of it.
+    intervals : equal parts of the temperature range of which that interval is made.
+    simpler : a description with more conditions must need less than this part of the samples to replace a simpler one.
+    longest_lag_s : longest lag [s] of the correlations.
+    bins, map_bins : equal parts of its range over which the residual is averaged, in profiles and in the map.
+    fewest : samples without which such a part has no mean.
+
+    Raises
+    ------
+    LceError
+        If a value cannot be used; it names the field.
+
+    Examples
+    --------
+    >>> CompareOptions(drive="measured", turn_k=3.0).most
+    0.5
     """
 
     drive: Drive = "model"
     at_noise: float = 0.05
     uncertain: float = 4.0
     even: float = 1.4
+    turn_k: float = 2.0
+    hold_share: float = 0.05
+    still_k_s: float = 1e-3
+    most: float = 0.5
+    intervals: int = 16
+    simpler: float = 0.75
+    longest_lag_s: float = 20.0
+    bins: int = 40
+    map_bins: int = 16
+    fewest: int = 3
+
+    def __post_init__(self) -> None:
+        _check_drive(self.drive)
+        _check_counts(self, "intervals", "bins", "map_bins", "fewest")
+        _check_at_least(self, 0.0, "at_noise", "uncertain", "turn_k", "still_k_s")
+        _check_at_least(self, 1.0, "even")
+        _check_share(self, "hold_share", "most", "simpler")
+        _check_positive(self, "longest_lag_s")
 
 
 @dataclass(frozen=True)
@@ -79,15 +149,30 @@ class DiagnoseOptions:
     false_alarm : chance of a false addition to a complete model, over the whole library.
     refitted : candidates that are refitted in each step, so many by evidence and so many by predicted reduction.
     alias_correlation : |ρ| from which two effects are reported as a set.
+    alias_evidence : a collinear effect joins the set only if, within the bounds of its strength, it reaches more than
+        this share of the evidence.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.
-    min_visibility : an effect that the data ask for is not named below it: a small error of the base model's own form
-        would do as well.
+    min_visibility : an effect is not named below this visibility, even if its evidence is strong: a small error in the
+        form of the base model could explain the data as well.
     max_effects : effects that are added at most.
     iterations : of a refit, at most; an effect that the free parameters nearly mask takes some thirty.
-    structured : share of the residual's variance, predicted in a run that was left out, from which it is no noise.
-    rough : a residual so many times larger than the sample-to-sample noise, and a hundredth of the range, is no
-        sensor's noise.
-    jumping : share of the energy of the innovations beyond six standard deviations, which noise all but never reaches.
+    structured : the residual counts as unexplained if a curve over a covariate predicts this share of its variance in
+        a run that was left out.
+    knots : of that curve.
+    rough, rough_range : a residual that is more than ``rough`` times the sample-to-sample noise and more than the share
+        ``rough_range`` of the range of the series is larger than any sensor's noise.
+    jumping, jump_size : the residual counts as jumping if innovations of more than ``jump_size`` standard deviations,
+        which noise hardly ever reaches, hold more than the share ``jumping`` of the energy.
+
+    Raises
+    ------
+    LceError
+        If a value cannot be used; it names the field.
+
+    Examples
+    --------
+    >>> DiagnoseOptions(false_alarm=0.01, max_effects=2).refitted
+    3
     """
 
     false_alarm: float = 0.05
@@ -100,11 +185,22 @@ class DiagnoseOptions:
     structured: float = 0.15
     rough: float = 10.0
     jumping: float = 0.05
+    alias_evidence: float = 0.5
+    knots: int = 9
+    rough_range: float = 0.01
+    jump_size: float = 6.0
+
+    def __post_init__(self) -> None:
+        _check_counts(self, "refitted", "max_effects", "iterations", "knots")
+        _check_share(self, "false_alarm", "alias_correlation", "structured", "jumping")
+        _check_at_least(self, 0.0, "min_visibility", "alias_evidence", "rough_range")
+        _check_at_least(self, 1.0, "min_likelihood_ratio")
+        _check_positive(self, "rough", "jump_size")
 
 
 @dataclass(frozen=True)
 class DesignOptions:
-    """What the bench allows, and how long a waveform is searched for.
+    """What the bench allows, how its sensors measure, and how long a waveform is searched for.
 
     Parameters
     ----------
@@ -115,6 +211,19 @@ class DesignOptions:
     random_waves, variations, confirmed : waveforms tried at random, variations of the best, and how many of them are
         confirmed by refitting the rival.
     iterations : of that refit, at most.
+    camera_step : samples of the waveform, at 100 Hz, for each sample of the camera; the other sensors sample each.
+    noise : standard deviation of each sensor's white noise [SI unit of its channel], that of the bench's sensors if
+        not given.
+
+    Raises
+    ------
+    LceError
+        If a value cannot be used; it names the field.
+
+    Examples
+    --------
+    >>> DesignOptions(max_power_w=1.5, duration_s=60.0).camera_step
+    10
     """
 
     max_power_w: float = 2.0
@@ -125,8 +234,52 @@ class DesignOptions:
     variations: int = 40
     confirmed: int = 3
     iterations: int = 60
+    camera_step: int = 10
+    noise: Mapping[Channel, float] = field(default_factory=lambda: {channel: channel.noise for channel in SENSORS})
 
     def __post_init__(self) -> None:
         for name, value, low in (("power", self.max_power_w, 0.0), ("duration", self.duration_s, 20.0)):
             if not (math.isfinite(value) and value > low):
                 raise LceError(f"design: a {name} of {value:g} leaves no experiment; more than {low:g} is needed")
+        _check_positive(self, "max_temperature_k")
+        _check_at_least(self, 0, "seed", "variations")
+        _check_counts(self, "random_waves", "confirmed", "iterations", "camera_step")
+        for channel in SENSORS:
+            sigma = self.noise.get(channel, math.nan)
+            if not (math.isfinite(sigma) and sigma > 0.0):
+                raise LceError(f"noise: {sigma:g} {channel.unit} of the {channel.name} must be above 0")
+
+
+Options = FitOptions | CompareOptions | DiagnoseOptions | DesignOptions
+
+
+def _check_drive(drive: str) -> None:
+    if drive not in ("model", "measured"):
+        raise LceError(f"drive: {drive!r} is neither 'model' nor 'measured'")
+
+
+def _check_counts(options: Options, *names: str) -> None:
+    for name in names:
+        if getattr(options, name) < 1:
+            raise LceError(f"{name}: {getattr(options, name)} is not 1 or more")
+
+
+def _check_positive(options: Options, *names: str) -> None:
+    for name in names:
+        value = getattr(options, name)
+        if not (math.isfinite(value) and value > 0.0):
+            raise LceError(f"{name}: {value:g} must be above 0")
+
+
+def _check_at_least(options: Options, low: float, *names: str) -> None:
+    for name in names:
+        value = getattr(options, name)
+        if not (math.isfinite(value) and value >= low):
+            raise LceError(f"{name}: {value:g} must be {low:g} or above")
+
+
+def _check_share(options: Options, *names: str) -> None:
+    for name in names:
+        value = getattr(options, name)
+        if not 0.0 < value <= 1.0:
+            raise LceError(f"{name}: {value:g} must be within (0, 1]")

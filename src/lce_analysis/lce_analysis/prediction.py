@@ -3,7 +3,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -116,7 +116,8 @@ def simulation_input(run: Run, model: Model) -> SimulationInput:
     if run.power is None and model.thermal != "none" and model.deformation == "none":
         raise LceError(f"{run.name}: no laser power was recorded, and the model has only a thermal stage")
     if run.power is None:
-        assert run.temperature is not None  # read_run lets no run without input through
+        if run.temperature is None:
+            raise LceError(f"{run.name}: neither laser power nor temperature was recorded; the model needs an input")
         return _laid_out(run, run.temperature.time_s, np.zeros_like(run.temperature.value), smoothed(run.temperature))
     if model.thermal == "none":
         if run.temperature is None:
@@ -157,50 +158,52 @@ def smoothed(series: Series, around: Floats | None = None) -> Floats:
     return np.asarray(base + make_smoothing_spline(series.time_s, difference)(series.time_s))
 
 
-def measured_drive(prepared: SimulationInput, model: Model, start_k: float) -> SimulationInput:
+def measured_drive(run_input: SimulationInput, model: Model, start_k: float) -> SimulationInput:
     """The same run, driven by its measured temperature smoothed around the model's thermal state."""
-    run = prepared.run
+    run = run_input.run
     if run.temperature is None:
         raise LceError(f"{run.name}: no temperature was measured that could drive the deformation")
-    if prepared.driven:
-        return prepared
-    out = prepared.simulate(model, model.vector[None], np.array([start_k]))[0]
+    if run_input.driven:
+        return run_input
+    out = run_input.simulate(model, model.vector[None], np.array([start_k]))[0]
     thermal = out[:, STATE["temperature"]]
-    at_samples = prepared.sampling[TEMPERATURE](out[:, COLUMN[TEMPERATURE]])
+    at_samples = run_input.sampling[TEMPERATURE](out[:, COLUMN[TEMPERATURE]])
     correction = smoothed(run.temperature, at_samples) - at_samples
-    drive = thermal + np.interp(prepared.time_s, run.temperature.time_s, correction)
-    return _laid_out(run, prepared.time_s, prepared.power_w, drive)
+    drive = thermal + np.interp(run_input.time_s, run.temperature.time_s, correction)
+    return _laid_out(run, run_input.time_s, run_input.power_w, drive)
 
 
-def starts_at(prepared: SimulationInput, ambient_k: float) -> bool:
+def starts_at(run_input: SimulationInput, ambient_k: float) -> bool:
     """Is the strip at rest with its surroundings when the run begins, as far as its first samples can tell?
 
     Then it is taken to be so exactly: a difference of a hundredth of a kelvin would set it on the cooling branch.
     """
-    rest = _at_rest(prepared.run)
-    if prepared.run.temperature is None:
+    rest = _at_rest(run_input.run)
+    if run_input.run.temperature is None:
         return True
-    return abs(prepared.start_k - ambient_k) < 3.0 * noise_floor(prepared.run.temperature) / math.sqrt(rest.size) + 0.02
+    return (
+        abs(run_input.start_k - ambient_k) < 3.0 * noise_floor(run_input.run.temperature) / math.sqrt(rest.size) + 0.02
+    )
 
 
-def start_temperature(prepared: SimulationInput, model: Model) -> float:
+def start_temperature(run_input: SimulationInput, model: Model) -> float:
     """Temperature [K] at the beginning of a run, by least squares on all that was measured.
 
     The first camera sample alone (0.06 K rms) would be felt in the displacement, so the start is estimated like a
     parameter of its own. A run that starts at rest, or without temperatures, starts at the ambient temperature.
     """
-    if prepared.driven:
-        return float(prepared.drive_k[0])
-    if starts_at(prepared, model["ambient.t_env"]):
+    if run_input.driven:
+        return float(run_input.drive_k[0])
+    if starts_at(run_input, model["ambient.t_env"]):
         return model["ambient.t_env"]
-    start = prepared.start_k
+    start = run_input.start_k
     for _ in range(3):
         step = 0.05
         rows = np.repeat(model.vector[None], 2, axis=0)
-        out = prepared.simulate(model, rows, np.array([start, start + step]))
+        out = run_input.simulate(model, rows, np.array([start, start + step]))
         numerator = denominator = 0.0
-        for channel, series in prepared.run.measured.items():
-            modelled = prepared.sampling[channel](out[:, :, COLUMN[channel]])
+        for channel, series in run_input.run.measured.items():
+            modelled = run_input.sampling[channel](out[:, :, COLUMN[channel]])
             if not np.isfinite(modelled).all():
                 continue
             slope = (modelled[1] - modelled[0]) / step
@@ -237,25 +240,47 @@ def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
     With ``drive="measured"`` the measured temperature, smoothed, drives the T→d stage, and only the displacement is
     predicted by the model.
     """
-    prepared = simulation_input(run, model)
-    start = start_temperature(prepared, model)
-    first = prepared.simulate(model, model.vector[None], np.array([start]))[0]
-    out = first
-    if drive == "measured" and model.deformation != "none":
-        driven = measured_drive(prepared, model, start)
-        out = driven.simulate(model, model.vector[None], np.array([start]))[0]
-    at_samples = {}
-    for channel, sampling in prepared.sampling.items():
-        if not model.predicts(channel) or (channel is TEMPERATURE and run.power is None):
-            continue
-        # The measured temperature is compared with the thermal stage, never with itself.
-        source = first if channel is TEMPERATURE else out
-        at_samples[channel] = sampling(source[:, COLUMN[channel]])
+    run_input = simulation_input(run, model)
+    start = start_temperature(run_input, model)
+    thermal = predict_from(run_input, start, model)
+    if drive == "model" or model.deformation == "none":
+        return thermal
+    driven = predict_from(measured_drive(run_input, model, start), start, model)
+    # The measured temperature is compared with the thermal stage, never with itself.
+    own = {TEMPERATURE: thermal.at_samples[TEMPERATURE]} if TEMPERATURE in thermal.at_samples else {}
+    return replace(driven, temperature_k=thermal.temperature_k, at_samples={**driven.at_samples, **own})
+
+
+def predict_from(run_input: SimulationInput, start_k: float, model: Model) -> Prediction:
+    """Simulate a run that is laid out already, from a given start temperature: what is left to do for each new model.
+
+    Parameters
+    ----------
+    run_input : the run, from :func:`simulation_input` with a model of the same stages.
+    start_k : temperature [K] at the first time, from :func:`start_temperature`.
+    model : with any values.
+
+    Returns
+    -------
+    Prediction
+        The strip and what its sensors show.
+
+    Examples
+    --------
+    >>> run_input = simulation_input(run, model)  # doctest: +SKIP
+    >>> start_k = start_temperature(run_input, model)  # doctest: +SKIP
+    >>> predict_from(run_input, start_k, model.set({"lumped.tau": 25.0})).at_samples  # doctest: +SKIP
+    """
+    out = run_input.simulate(model, model.vector[None], np.array([start_k]))[0]
     return Prediction(
-        time_s=prepared.time_s,
-        temperature_k=np.ascontiguousarray(first[:, STATE["temperature"]]),
+        time_s=run_input.time_s,
+        temperature_k=np.ascontiguousarray(out[:, STATE["temperature"]]),
         displacement_m=np.ascontiguousarray(out[:, STATE["displacement"]]),
         direction=np.ascontiguousarray(out[:, STATE["direction"]]),
-        at_samples=at_samples,
-        start_temperature_k=start,
+        at_samples={
+            channel: sampling(out[:, COLUMN[channel]])
+            for channel, sampling in run_input.sampling.items()
+            if model.predicts(channel) and not (channel is TEMPERATURE and run_input.run.power is None)
+        },
+        start_temperature_k=start_k,
     )

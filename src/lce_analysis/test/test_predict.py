@@ -49,12 +49,12 @@ def test_sensors_that_outlive_the_power_are_predicted_to_their_end(strip: Model,
 
 
 def test_a_run_at_rest_starts_exactly_at_the_ambient_temperature(strip: Model, recorded: Record) -> None:
-    prepared = simulation_input(recorded(duration_s=20.0), strip)
+    run_input = simulation_input(recorded(duration_s=20.0), strip)
     ambient = strip["ambient.t_env"]
-    assert prepared.start_k != ambient  # of noisy samples
-    assert starts_at(prepared, ambient)
-    assert start_temperature(prepared, strip) == ambient
-    assert not starts_at(prepared, ambient + 1.0)
+    assert run_input.start_k != ambient  # of noisy samples
+    assert starts_at(run_input, ambient)
+    assert start_temperature(run_input, strip) == ambient
+    assert not starts_at(run_input, ambient + 1.0)
 
 
 def test_a_run_that_starts_warm_starts_where_all_samples_say(strip: Model, recorded: Record) -> None:

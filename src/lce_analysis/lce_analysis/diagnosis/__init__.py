@@ -3,5 +3,6 @@
 
 from lce_analysis.diagnosis.addition import Addition, add_effect
 from lce_analysis.diagnosis.diagnosis import Diagnosis, diagnose
+from lce_analysis.diagnosis.signature import Signature, effect_signature
 
-__all__ = ["Addition", "Diagnosis", "add_effect", "diagnose"]
+__all__ = ["Addition", "Diagnosis", "Signature", "add_effect", "diagnose", "effect_signature"]

@@ -89,6 +89,22 @@ class Diagnosis:
             "seconds": self.seconds,
         }
 
+    def as_detailed_json(self) -> dict[str, Any]:
+        """The record of :meth:`as_json` with what a page draws from.
+
+        Returns
+        -------
+        dict
+            Also "sentences", and for each candidate "settings" (TERM.PARAM to value at its expected strength) and
+            "shown" (would these data show it at some strength within its bounds?).
+        """
+        record = self.as_json()
+        candidates = [
+            {**candidate, "settings": dict(score.settings_at_expected_strength), "shown": score.shown}
+            for candidate, score in zip(record["candidates"], self.scores, strict=True)
+        ]
+        return {**record, "candidates": candidates, "sentences": list(self.sentences)}
+
 
 def diagnose(
     model: Model,

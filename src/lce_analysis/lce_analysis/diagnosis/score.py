@@ -71,6 +71,13 @@ class Score:
         spec = self.effect.parameter(self.effect.strength)
         return self.detectable <= max(spec.upper - self.effect.null, self.effect.null - spec.lower)
 
+    @property
+    def settings_at_expected_strength(self) -> Mapping[str, float]:
+        """TERM.PARAM to value of every parameter of the effect, the expected strength clipped to its bounds."""
+        spec = self.effect.parameter(self.effect.strength)
+        strength = min(max(self.expected_strength, spec.lower), spec.upper)
+        return {**self.direction.settings, self.effect.strength_key: strength}
+
 
 @dataclass(frozen=True)
 class ScoreTestResult:

@@ -32,12 +32,12 @@ def with_thermal_guess(model: Model, inputs: Sequence[SimulationInput], tau: flo
     unit, ambient = model.vector, model["ambient.t_env"]
     unit[[model.index("lumped.tau"), model.index("lumped.gain")]] = tau, 1.0
     columns, targets = [], []
-    for prepared in inputs:
-        if prepared.run.temperature is None:
+    for run_input in inputs:
+        if run_input.run.temperature is None:
             continue
-        rise = prepared.simulate(model, unit[None], np.array([ambient]))[0, :, STATE["temperature"]] - ambient
-        columns.append(prepared.sampling[TEMPERATURE](rise))
-        targets.append(prepared.run.temperature.value)
+        rise = run_input.simulate(model, unit[None], np.array([ambient]))[0, :, STATE["temperature"]] - ambient
+        columns.append(run_input.sampling[TEMPERATURE](rise))
+        targets.append(run_input.run.temperature.value)
     rise, target = np.concatenate(columns), np.concatenate(targets)
     (gain, ambient), *_ = np.linalg.lstsq(np.column_stack([rise, np.ones_like(rise)]), target)
     guess = {"lumped.tau": tau, "lumped.gain": gain, "ambient.t_env": ambient}
@@ -51,7 +51,7 @@ def with_curves_guess(model: Model, lumped: Model, inputs: Sequence[SimulationIn
 
     The break points are laid over the powers that the runs have.
     """
-    top = max(float(prepared.power_w.max()) for prepared in inputs)
+    top = max(float(run_input.power_w.max()) for run_input in inputs)
     tau, gain = lumped["lumped.tau"], lumped["lumped.gain"]
     guess = {"tau_1": tau, "tau_2": 0.05 * tau, "tau_3": 0.01 * tau, "tau_z": 0.04 * tau, "p_max": top, "w_max": top}
     for i in range(1, PIECES + 1):
@@ -63,27 +63,27 @@ def with_curves_guess(model: Model, lumped: Model, inputs: Sequence[SimulationIn
     return model.set({k: float(np.clip(x, spec[k].lower, spec[k].upper)) for k, x in changes.items()})
 
 
-def thinned(prepared: SimulationInput) -> SimulationInput:
+def thinned(run_input: SimulationInput) -> SimulationInput:
     """The run on the grid of the searches: a sample wherever the temperature or the time has moved on enough.
 
     The turning points stay, so that the path is the same.
     """
-    temperature, time = prepared.drive_k, prepared.time_s
+    temperature, time = run_input.drive_k, run_input.time_s
     turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(temperature))) != 0.0)
     travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(temperature)) / STEP_K + np.diff(time) / STEP_S)])
     keep = np.unique(np.concatenate([np.searchsorted(travelled, np.arange(travelled[-1])), turns, [time.size - 1]]))
     if keep.size > time.size // 2:  # too noisy or too short to gain anything
         keep = np.arange(time.size)
     grid = np.ascontiguousarray(time[keep])
-    run = prepared.run.with_series(TEMPERATURE, None)
+    run = run_input.run.with_series(TEMPERATURE, None)
     for channel, series in run.measured.items():
         nearest = np.unique(np.clip(np.searchsorted(series.time_s, grid), 0, series.time_s.size - 1))
         run = run.with_series(channel, Series(series.time_s[nearest], series.value[nearest]))
     return replace(
-        prepared,
+        run_input,
         run=run,
         time_s=grid,
-        power_w=np.ascontiguousarray(prepared.power_w[keep]),
+        power_w=np.ascontiguousarray(run_input.power_w[keep]),
         drive_k=np.ascontiguousarray(temperature[keep]),
         sampling={channel: Sampling.between(grid, series.time_s) for channel, series in run.measured.items()},
     )

@@ -1,24 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the data say of the parameters: standard errors, correlations, and what they do not determine, in words."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from lce_analysis.options import FitOptions
 
-LOOSE: Final = 0.5
-"""A direction with a standard deviation above this, in natural units (e-folds, tenths of the bounds), is not
-determined by the data."""
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Uncertainty of k parameters in natural coordinates.
+    """Uncertainty of k parameters in natural units: e-folds, or tenths of the bounds.
 
+    Attributes
+    ----------
+    keys : (k,) names of the parameters, TERM.PARAM.
     directions : (k, k) columns are orthonormal combinations of the parameters, best determined first.
     spread : (k,) their standard deviations; infinite where the data say nothing.
     standard_errors : (k,) of the parameters, NaN where not determined.
@@ -35,11 +36,33 @@ class Identifiability:
     correlation: Floats
     sentences: tuple[str, ...]
 
+    def strong_correlations(self, threshold: float = FitOptions.strong_correlation) -> list[tuple[str, str, float]]:
+        """Pairs of determined parameters that the data hardly tell apart.
 
-def identifiability(jacobian: Floats, keys: Sequence[str], logarithmic: NDArray[np.bool_]) -> Identifiability:
-    """From the Jacobian (N, k) of residuals with unit variance over natural coordinates.
+        Parameters
+        ----------
+        threshold : |ρ| above which a pair is reported.
+
+        Returns
+        -------
+        list of (str, str, float)
+            The names of the two, and their correlation ρ.
+        """
+        known = np.flatnonzero(self.determined).tolist()
+        return [
+            (self.keys[i], self.keys[j], float(self.correlation[i, j]))
+            for i, j in itertools.combinations(known, 2)
+            if abs(self.correlation[i, j]) > threshold
+        ]
+
+
+def identifiability(
+    jacobian: Floats, keys: Sequence[str], logarithmic: NDArray[np.bool_], undetermined: float = FitOptions.undetermined
+) -> Identifiability:
+    """From the Jacobian (N, k) of residuals with unit variance over parameters in natural units.
 
     Nuisance variables must have been projected out of the Jacobian; a column of zeros is a parameter without effect.
+    A direction with a standard deviation above ``undetermined`` is not determined by the data.
     """
     _, singular, rows = np.linalg.svd(jacobian, full_matrices=False)
     with np.errstate(divide="ignore"):
@@ -49,7 +72,7 @@ def identifiability(jacobian: Floats, keys: Sequence[str], logarithmic: NDArray[
     finite = np.minimum(spread, 1e4)
     covariance = (directions * finite**2) @ directions.T
     errors = np.sqrt(np.diag(covariance))
-    determined = errors <= LOOSE
+    determined = errors <= undetermined
     correlation = covariance / np.outer(errors, errors)
     return Identifiability(
         keys=tuple(keys),
@@ -58,7 +81,7 @@ def identifiability(jacobian: Floats, keys: Sequence[str], logarithmic: NDArray[
         standard_errors=np.where(determined, errors, np.nan),
         determined=np.asarray(determined, dtype=np.bool_),
         correlation=correlation,
-        sentences=tuple(_in_words(v, keys, logarithmic) for v in _sparse(directions[:, spread > LOOSE]).T),
+        sentences=tuple(_in_words(v, keys, logarithmic) for v in _sparse(directions[:, spread > undetermined]).T),
     )
 
 

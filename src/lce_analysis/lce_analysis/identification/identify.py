@@ -212,16 +212,16 @@ class _Search:
     def driven_inputs(self) -> list[SimulationInput]:
         """The runs in which something behind the temperature was measured, driven by their temperature."""
         driven = []
-        for prepared, start in zip(self.inputs, self.starts, strict=True):
-            if not any(channel in prepared.run.series for channel in MECHANICAL):
+        for run_input, start in zip(self.inputs, self.starts, strict=True):
+            if not any(channel in run_input.run.series for channel in MECHANICAL):
                 continue
             if self.options.drive == "measured":
-                driven.append(measured_drive(prepared, self.model, float(start)))
-            elif prepared.driven:
-                driven.append(prepared)
+                driven.append(measured_drive(run_input, self.model, float(start)))
+            elif run_input.driven:
+                driven.append(run_input)
             else:
-                out = prepared.simulate(self.model, self.model.vector[None], np.array([start]))
-                driven.append(replace(prepared, drive_k=np.ascontiguousarray(out[0, :, STATE["temperature"]])))
+                out = run_input.simulate(self.model, self.model.vector[None], np.array([start]))
+                driven.append(replace(run_input, drive_k=np.ascontiguousarray(out[0, :, STATE["temperature"]])))
         return driven
 
     def deformation(self) -> Problem | None:

@@ -217,16 +217,16 @@ def observed_series(inputs: Sequence[SimulationInput], sigma: Mapping[Channel, f
     A temperature that drives the run is an input, and not among them.
     """
     return tuple(
-        ObservedSeries(i, channel, prepared.sampling[channel], series.value, 1.0 / sigma[channel])
-        for i, prepared in enumerate(inputs)
-        for channel, series in prepared.run.measured.items()
-        if channel in sigma and not (channel is TEMPERATURE and prepared.driven)
+        ObservedSeries(i, channel, run_input.sampling[channel], series.value, 1.0 / sigma[channel])
+        for i, run_input in enumerate(inputs)
+        for channel, series in run_input.run.measured.items()
+        if channel in sigma and not (channel is TEMPERATURE and run_input.driven)
     )
 
 
 def with_thermal_state(inputs: Sequence[SimulationInput]) -> tuple[int, ...]:
     """The runs whose measured temperature is predicted."""
-    return tuple(i for i, prepared in enumerate(inputs) if TEMPERATURE in prepared.sampling and not prepared.driven)
+    return tuple(i for i, run_input in enumerate(inputs) if TEMPERATURE in run_input.sampling and not run_input.driven)
 
 
 def start_conditions(inputs: Sequence[SimulationInput], model: Model) -> tuple[tuple[int, ...], tuple[int, ...]]:

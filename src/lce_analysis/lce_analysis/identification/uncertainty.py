@@ -70,18 +70,18 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
     """
     covariance = _covariance(calibrated(problem))
     model = problem.model
-    prepared = simulation_input(run, model)
-    start = start_temperature(prepared, model)
+    run_input = simulation_input(run, model)
+    start = start_temperature(run_input, model)
     if measured:
-        prepared = measured_drive(prepared, model, start)
+        run_input = measured_drive(run_input, model, start)
     c, h = problem.transformation, 1e-4
     z = c.to_search(model.vector[list(problem.free)])
     rows = np.repeat(model.vector[None], 2 * z.size + 1, axis=0)
     rows[1:, list(problem.free)] = c.to_model(z + h * np.vstack([np.eye(z.size), -np.eye(z.size)]))
     starts = np.full(rows.shape[0], start)
-    if "ambient.t_env" in model and not prepared.driven and starts_at(prepared, model["ambient.t_env"]):
+    if "ambient.t_env" in model and not run_input.driven and starts_at(run_input, model["ambient.t_env"]):
         starts = rows[:, model.index("ambient.t_env")].copy()
-    out = prepared.simulate(model, rows, starts)
+    out = run_input.simulate(model, rows, starts)
     slopes = (out[1 : z.size + 1] - out[z.size + 1 :]) / (2.0 * h)
     spread = NormalDist().inv_cdf(0.5 + 0.5 * level)
 
@@ -90,7 +90,7 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
         return np.asarray(spread * np.sqrt(np.maximum(np.einsum("kn,kl,ln->n", j, covariance, j), 0.0)))
 
     values = {channel: out[0, :, column] for channel, column in COLUMN.items()}
-    return Band(prepared.time_s, values, {channel: error(column) for channel, column in COLUMN.items()})
+    return Band(run_input.time_s, values, {channel: error(column) for channel, column in COLUMN.items()})
 
 
 def _covariance(problem: Problem) -> Floats:
