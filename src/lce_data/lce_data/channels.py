@@ -4,6 +4,7 @@
 Files, topics, fits, reports and the page ask a channel for what they need. A new sensor is a new entry here.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -36,7 +37,9 @@ class Unit:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Channel:
-    """A quantity that is measured over time. There is one object of each, also behind a pickle: compare with ``is``.
+    """A quantity that is measured over time.
+
+    There is one object of each, and unpickling returns that one: compare channels with ``is``.
 
     Parameters
     ----------
@@ -46,11 +49,17 @@ class Channel:
     recorded : unit in messages, CSV and JSON; ``suffix`` names it in columns and keys (``temperature_c``).
     display : unit of axes.
     difference : unit in which two values are compared, on axes of residuals and in sentences.
-    topic : relative to the namespace of the bench; ``message`` is its type.
+    topic : relative to the namespace of the bench.
+    message : type of its messages. A type that no channel has yet needs two rows, one in ``KINDS``
+        (:mod:`lce_ros.messages`) for the nodes and one in ``NUMBERS`` (:mod:`lce_data.bag.reader`) for bags.
     output : the signal of the model that says what this sensor shows; None for an input of the model.
+    driven_by : the channel before it in the chain P → T → d; None for an input of the model.
     noise : standard deviation of the bench's sensor [SI], for experiments that are only designed.
-    lowest, largest : what a recording may hold [recorded unit], judged by the minimum and the typical value.
-    hint : what to do about a recording outside of that.
+    lowest, largest : range of the values of a recording [recorded unit].
+    hint : what to do about a recording outside of that range.
+    largest_median : limit of the median of a recording [recorded unit], for a sensor whose single readings may be wild.
+    csv_format : format of a value in a CSV [recorded unit].
+    digits : significant digits of a difference in a sentence.
     """
 
     name: str
@@ -63,10 +72,14 @@ class Channel:
     topic: str
     message: str
     output: str | None
+    driven_by: "Channel | None"
     noise: float
     lowest: float
     largest: float
     hint: str
+    largest_median: float = math.inf
+    csv_format: str = ".9g"
+    digits: int = 3
 
     @property
     def column(self) -> str:
@@ -91,9 +104,10 @@ POWER: Final = Channel(
     topic="laser/power",
     message="std_msgs/msg/Float64",
     output=None,
+    driven_by=None,
     noise=0.0,
     lowest=0.0,
-    largest=float("inf"),
+    largest=math.inf,
     hint="a laser gives 0 W or more",
 )
 
@@ -108,9 +122,13 @@ TEMPERATURE: Final = Channel(
     topic="temperature",
     message="sensor_msgs/msg/Temperature",
     output="measured_temperature",
+    driven_by=POWER,
     noise=0.06,
     lowest=-KELVIN,
-    largest=200.0,
+    largest=math.inf,
+    largest_median=200.0,
+    csv_format=".6f",
+    digits=2,
     hint=f"is it in kelvin? Subtract {KELVIN}",
 )
 
@@ -125,9 +143,11 @@ DISPLACEMENT: Final = Channel(
     topic="displacement",
     message="std_msgs/msg/Float64",
     output="measured_displacement",
+    driven_by=TEMPERATURE,
     noise=4e-6,
     lowest=-0.1,
     largest=0.1,
+    csv_format=".9e",
     hint="is it in millimetres? Divide by 1000",
 )
 
@@ -139,5 +159,5 @@ SENSORS: Final = tuple(channel for channel in CHANNELS if channel.output is not 
 
 
 def channel_named(name: str) -> Channel:
-    """The channel of a name. Raises KeyError if there is none."""
+    """Look up a channel by its name. Raises KeyError if no channel has it."""
     return {channel.name: channel for channel in CHANNELS}[name]

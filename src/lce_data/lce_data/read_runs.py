@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.bag.reader import Recorded, read_bag
-from lce_data.channels import CHANNELS, POWER, Channel
+from lce_data.channels import CHANNELS, POWER, SENSORS, Channel
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
 from lce_data.run import Run, Series
@@ -85,9 +85,11 @@ def _run(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
     series = {channel: _series(path, *recorded[channel], channel) for channel in CHANNELS if channel in recorded}
     sensors = [channel for channel in series if channel is not POWER]
     if POWER not in series and len(sensors) < 2:
-        raise LceError(f"{path}: no laser power, and not both temperature and displacement: nothing to relate")
+        pair = f"not {'both' if len(SENSORS) == 2 else 'two of'} {' and '.join(s.name for s in SENSORS)}"
+        raise LceError(f"{path}: no laser power, and {pair}: nothing to relate")
     if not sensors:
-        raise LceError(f"{path}: neither temperature nor displacement: nothing to compare a model with")
+        none = f"neither {' nor '.join(s.name for s in SENSORS)}"
+        raise LceError(f"{path}: {none}: nothing to compare a model with")
     for channel, values in series.items():
         _check_values(path, channel, values.value)
     zero_s = series[POWER].time_s[0] if POWER in series else min(s.time_s[0] for s in series.values())
@@ -121,13 +123,13 @@ def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series
 
 def _check_values(path: Path, channel: Channel, value: Floats) -> None:
     """Raise LceError for values [recorded unit] that no bench gives, because a unit was mistaken."""
-    low, typical, high = float(value.min()), float(np.median(value)), float(value.max())
+    low, median, high = float(value.min()), float(np.median(value)), float(value.max())
     unit = channel.recorded.symbol
     if low < channel.lowest:
         raise LceError(f"{path}: {channel.name} of {low:g} {unit}; {channel.hint}")
-    if channel.unit == "K" and typical > channel.largest:
-        raise LceError(f"{path}: {channel.name} around {typical:.0f} {unit}; {channel.hint}")
-    if channel.unit != "K" and high > channel.largest:
+    if median > channel.largest_median:
+        raise LceError(f"{path}: {channel.name} around {median:.0f} {unit}; {channel.hint}")
+    if high > channel.largest:
         raise LceError(f"{path}: {channel.name} of {high:g} {unit}; {channel.hint}")
 
 

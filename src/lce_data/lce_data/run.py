@@ -28,9 +28,19 @@ class Run:
 
     Parameters
     ----------
+    name : tells the run from others in reports: the name of its file or folder.
     series : what was measured, by channel; the laser power is held from sample to sample.
+    path : file or folder that it was read from; empty for a run made in code.
     sha256 : identifies the data.
-    experiment : what ``experiment.yaml`` says of the run, nothing for a CSV.
+    experiment : what ``experiment.yaml`` says of the run; empty for a CSV.
+
+    Examples
+    --------
+    >>> time_s = np.arange(0.0, 10.0, 0.1)
+    >>> warm = Series(time_s, np.full(100, 310.0))
+    >>> run = Run.of("warm", power=Series(time_s, np.ones(100)), temperature=warm)
+    >>> list(run.measured), run.displacement is None
+    ([<channel temperature [K]>], True)
     """
 
     name: str
@@ -48,7 +58,7 @@ class Run:
         displacement: Series | None = None,
         sha256: str = "",
     ) -> "Run":
-        """A run of the bench's own three channels, those that are None not measured."""
+        """Make a run of the bench's own three channels; None for a channel that was not measured."""
         given = {POWER: power, TEMPERATURE: temperature, DISPLACEMENT: displacement}
         return cls(name, {channel: series for channel, series in given.items() if series is not None}, sha256=sha256)
 

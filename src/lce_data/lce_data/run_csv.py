@@ -14,16 +14,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import CHANNELS, DISPLACEMENT, TEMPERATURE, Channel
+from lce_data.channels import CHANNELS, Channel
 from lce_data.errors import LceError
 from lce_data.files import read_csv_rows, write_atomically
 
 Floats = NDArray[np.float64]
 
 COLUMNS: Final = ("time_s", *(channel.column for channel in CHANNELS))
-
-_FORMAT: Final = {TEMPERATURE: ".6f", DISPLACEMENT: ".9e"}
-"""Format of a value [recorded unit]; other channels and the time have nine digits."""
 
 
 def write_run_csv(path: Path, time_s: Floats, values: Mapping[Channel, Floats]) -> None:
@@ -42,9 +39,8 @@ def write_run_csv(path: Path, time_s: Floats, values: Mapping[Channel, Floats]) 
     _check_time(path, time_s)
     columns = {"time_s": [f"{t:.9g}" for t in time_s.tolist()]}
     for channel in (c for c in CHANNELS if c in values):
-        form = _FORMAT.get(channel, ".9g")
         recorded = channel.recorded.from_si(values[channel]).tolist()
-        columns[channel.column] = ["" if math.isnan(value) else format(value, form) for value in recorded]
+        columns[channel.column] = ["" if math.isnan(value) else format(value, channel.csv_format) for value in recorded]
     rows = [",".join(cells) for cells in zip(*columns.values(), strict=True)]
     write_atomically(path, "\n".join([",".join(columns), *rows, ""]))
 

@@ -24,3 +24,7 @@ def test_columns_of_the_contract() -> None:
     assert [c.column for c in CHANNELS] == ["power_w", "temperature_c", "displacement_m"]
     assert SENSORS == (TEMPERATURE, DISPLACEMENT)
     assert POWER.output is None
+
+
+def test_every_sensor_follows_another_channel() -> None:
+    assert [c.driven_by for c in CHANNELS] == [None, POWER, TEMPERATURE]

@@ -4,12 +4,12 @@ import threading
 
 import pytest
 
-from lce_data import progress, schema
+from lce_data import progress, run, schema
 from lce_data.errors import Cancelled
 from lce_data.progress import CancelToken, silent, watched
 
 
-@pytest.mark.parametrize("module", [progress, schema])
+@pytest.mark.parametrize("module", [progress, run, schema])
 def test_the_examples_of_the_docstrings_are_right(module: object) -> None:
     found = doctest.testmod(module, optionflags=doctest.ELLIPSIS)  # type: ignore[arg-type]
     assert found.attempted and not found.failed

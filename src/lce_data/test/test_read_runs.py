@@ -111,6 +111,44 @@ def test_a_bad_row_is_named(change: Callable[[list[str]], list[str]], told: str,
         read_run(csv(tmp_path, change(ROWS)))
 
 
+def _column(cell: int, first: float) -> list[str]:
+    """ROWS with another column that begins at ``first``."""
+    cells = [row.split(",") for row in ROWS]
+    return [",".join([*c[:cell], f"{first + 0.1 * i:g}", *c[cell + 1 :]]) for i, c in enumerate(cells)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        (_column(1, -1.0), r"power of -1 W; a laser gives 0 W or more"),
+        (_column(2, 300.0), r"temperature around 301 °C; is it in kelvin\? Subtract 273\.15"),
+        (_column(2, -300.0), r"temperature of -300 °C; is it in kelvin\?"),
+        (_column(3, 1.0), r"displacement of 2\.1 m; is it in millimetres\? Divide by 1000"),
+    ],
+)
+def test_a_value_in_another_unit_is_refused_with_what_to_do(rows: list[str], told: str, tmp_path: Path) -> None:
+    with pytest.raises(LceError, match=told):
+        read_run(csv(tmp_path, rows))
+
+
+def test_a_single_wild_temperature_is_no_mistaken_unit(tmp_path: Path) -> None:
+    run = read_run(csv(tmp_path, _with(4, 2, "900")(ROWS)))
+    assert run.temperature is not None and run.temperature.value.max() == 900.0 + KELVIN
+
+
+@pytest.mark.parametrize(
+    ("kept", "told"),
+    [
+        ((0, 1), "run.csv: neither temperature nor displacement: nothing to compare a model with"),
+        ((0, 2), "run.csv: no laser power, and not both temperature and displacement: nothing to relate"),
+    ],
+)
+def test_a_run_that_relates_nothing_is_refused(kept: tuple[int, ...], told: str, tmp_path: Path) -> None:
+    header, *rows = [",".join(row.split(",")[i] for i in kept) for row in (HEADER, *ROWS)]
+    with pytest.raises(LceError, match=told):
+        read_run(csv(tmp_path, rows, header))
+
+
 def test_a_bag_is_timed_by_stamps_and_read_whatever_its_namespace(tmp_path: Path) -> None:
     folder = bag(tmp_path / "pulse", BAG)
     (folder / "experiment.yaml").write_text(

@@ -55,7 +55,7 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
         if name not in known:
             raise LceError(f"{kind}: unknown model {name!r}; one of {', '.join(known)}")
     if thermal == deformation == "none":
-        raise LceError("a model needs a thermal or a deformation stage, not none of both")
+        raise LceError("thermal and deformation are both 'none'; choose at least one")
     base = THERMAL[thermal] + DEFORMATION[deformation]
     added = sorted((find(effect) for effect in effects), key=lambda e: (e.place, e.name))
     names = [t.name for t in (*base, *added)]

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
+from lce_data.channels import Channel
 from lce_data.errors import LceError
 from lce_model.effects import find, library
 from lce_model.kernel.compose import Kernel, compile_terms
 from lce_model.library import PUBLISHED, terms
-from lce_model.terms import Parameter, Term
+from lce_model.terms import SENSOR_INPUT, Parameter, Term
 
 Floats = NDArray[np.float64]
 
@@ -196,14 +196,15 @@ class Model:
     def predicts(self, channel: Channel) -> bool:
         """Tell whether the model says what the sensor of a channel reports.
 
-        A temperature needs a thermal stage, a displacement a deformation stage, and any other channel a term that
-        writes its output.
+        A base term has to write the signal that the sensor measures; effects only change it. Where the model has no
+        such signal (:data:`lce_model.terms.SENSOR_INPUT`), any term may write what the sensor reports.
         """
-        if channel is TEMPERATURE:
-            return self.thermal != "none"
-        if channel is DISPLACEMENT:
-            return self.deformation != "none"
-        return any(channel.output in term.outputs for term in self.terms)
+        if channel.output is None:
+            return False
+        measured = SENSOR_INPUT.get(channel.output)
+        if measured is None:
+            return any(channel.output in term.outputs for term in self.terms)
+        return any(measured in term.outputs for term in terms(self.thermal, self.deformation))
 
     def _carried(self, other: "Model") -> "Model":
         """The other model, with the values of this one where they have a parameter in common."""
@@ -224,6 +225,11 @@ def default_model(thermal: str = "lumped", deformation: str = "equilibrium", eff
     deformation : T→d model: none, equilibrium, dynamic, kinetic, prandtl_ishlinskii or bouc_wen
         (:data:`lce_model.library.DEFORMATION`).
     effects : names, or paths of files, of effects at their null values.
+
+    Returns
+    -------
+    Model
+        Its terms with their published values, or else their default values.
 
     Raises
     ------

@@ -62,7 +62,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
 
     Returns
     -------
-    The model; parameters that the file leaves out have their default values.
+    Model
+        Parameters that the file leaves out have their default values.
 
     Raises
     ------

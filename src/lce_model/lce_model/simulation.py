@@ -101,6 +101,7 @@ def simulate(
 
     Parameters
     ----------
+    model : terms and values.
     time_s : (n,) strictly increasing [s].
     power_w : (n,) laser power [W], each value held until the next time; None with ``temperature_k``.
     initial_temperature_k : [K]; the ambient temperature if None.
@@ -109,7 +110,8 @@ def simulate(
 
     Returns
     -------
-    The signals of the model at ``time_s``.
+    Trajectory
+        The signals of the model at ``time_s``.
 
     Raises
     ------

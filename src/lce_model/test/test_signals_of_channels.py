@@ -3,19 +3,23 @@
 
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
+from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE
 from lce_data.errors import LceError
 from lce_model import Stepper, default_model, simulate
+from lce_model.effects import library
 from lce_model.kernel.generate import RECORDED
+from lce_model.library import DEFORMATION, THERMAL
 from lce_model.terms import SIGNALS
 
 TIME = np.arange(0.0, 20.0, 0.01)
 POWER_W = np.where(TIME < 10.0, 1.0, 0.0)
+PAIRS = [pair for pair in product(THERMAL, DEFORMATION) if set(pair) != {"none"}]
 
 FORCE_GAUGE = """
 from lce_model.effects import Effect
@@ -95,19 +99,14 @@ def test_the_power_is_an_input() -> None:
         simulate(default_model(), TIME, POWER_W)[POWER]
 
 
-@pytest.mark.parametrize(
-    ("thermal", "deformation", "predicted"),
-    [
-        ("lumped", "none", (TEMPERATURE,)),
-        ("none", "equilibrium", (DISPLACEMENT,)),
-        ("lumped", "equilibrium", (TEMPERATURE, DISPLACEMENT)),
-    ],
-)
-def test_a_model_predicts_the_channels_of_its_stages(
-    thermal: str, deformation: str, predicted: tuple[Channel, ...]
+@pytest.mark.parametrize("effects", [(), tuple(library())], ids=["bare", "every effect"])
+@pytest.mark.parametrize(("thermal", "deformation"), PAIRS)
+def test_a_model_predicts_the_channels_of_its_stages_whatever_its_effects(
+    thermal: str, deformation: str, effects: tuple[str, ...]
 ) -> None:
-    model = default_model(thermal, deformation)
-    assert tuple(c for c in SENSORS if model.predicts(c)) == predicted
+    model = default_model(thermal, deformation, effects)
+    assert model.predicts(TEMPERATURE) == (thermal != "none")
+    assert model.predicts(DISPLACEMENT) == (deformation != "none")
     assert not model.predicts(POWER)
 
 

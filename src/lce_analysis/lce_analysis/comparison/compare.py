@@ -24,7 +24,7 @@ from lce_analysis.comparison.residuals import (
 )
 from lce_analysis.options import CompareOptions, Drive
 from lce_analysis.prediction import Prediction, predict
-from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Channel
+from lce_data.channels import DISPLACEMENT, POWER, SENSORS, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -177,7 +177,7 @@ def _channel(
     residual = measured - modelled
     here = course.at(series.time_s)
     step = float(np.median(np.diff(series.time_s)))
-    drive = here.power_w if channel is TEMPERATURE else here.temperature_c
+    drive = here.power_w if channel.driven_by is POWER else here.temperature_c
     return ChannelComparison(
         channel,
         series.time_s,
@@ -237,8 +237,7 @@ def _one_run(found: ErrorShares, options: CompareOptions) -> str:
 
 def _amount(channel: Channel, value: float) -> str:
     """A difference [recorded unit] as people say it: 0.21 K, 8.53 µm."""
-    digits = 2 if channel is TEMPERATURE else 3
-    return f"{value * channel.difference.factor:.{digits}g} {channel.difference.symbol}"
+    return f"{value * channel.difference.factor:.{channel.digits}g} {channel.difference.symbol}"
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:

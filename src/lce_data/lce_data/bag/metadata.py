@@ -79,7 +79,7 @@ class BagMetadata(Struct, frozen=True):
 
     @property
     def is_finished(self) -> bool:
-        """Whether the recording came to its end; other recorders say nothing of it, and are believed."""
+        """Whether the recording came to its end. A bag of another recorder, which does not say, counts as finished."""
         return (self.custom_data or {}).get(STATE, FINISHED) in (FINISHED, REPAIRED)
 
     def as_yaml(self) -> str:

@@ -153,13 +153,14 @@ def _over(compared: ChannelComparison, condition: str, linked: str, height: int 
 
 def _residuals(compared: ChannelComparison, linked: str) -> tuple[Figure, ...]:
     name = residual_axis(compared.channel).name
-    drive = (POWER if compared.channel is TEMPERATURE else TEMPERATURE).symbol
-    of_input = f"correlation of {name} with {drive}"
+    drive = compared.channel.driven_by
+    assert drive is not None  # a model predicts no input
+    of_input = f"correlation of {name} with {drive.symbol}"
     return (
         _over(compared, "rate", linked),
         _over(compared, "power", linked),
         _correlation(f"autocorrelation of {name}", "lag", compared.autocorrelation, "±1.96/√N"),
-        _correlation(of_input, f"lag after {drive}", compared.input_correlation, "95% of chance"),
+        _correlation(of_input, f"lag after {drive.symbol}", compared.input_correlation, "95% of chance"),
     )
 
 
