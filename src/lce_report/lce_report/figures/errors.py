@@ -123,7 +123,7 @@ def _judged_alike(channel: Channel, before: Comparison, after: Comparison) -> Er
         was, now = old.channels.get(channel), new.channels.get(channel)
         if was is not None and now is not None:
             members.append((old.run.name, was.conditions, now.residual))
-    return error_shares(members)
+    return error_shares(members, before.options)
 
 
 def _reduction(

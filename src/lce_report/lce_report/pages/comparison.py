@@ -1,22 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `lce compare`: the misfit, where the error sits, every run, the model."""
 
-from typing import Final
-
 from lce_analysis.comparison.compare import Comparison
-from lce_analysis.comparison.conditions import HOLD_SHARE, TURN_K
+from lce_analysis.options import CompareOptions
 from lce_model import Model
 from lce_report.blocks import Section, Table
 from lce_report.figures.errors import misfit, where
 from lce_report.figures.run import run_section
 from lce_report.html.render import render
 from lce_report.pages.footer import model_name, provenance
-
-CONDITIONS: Final = (
-    f"Branches, holds and cycles are those of the model's temperature: held is a rate below {HOLD_SHARE:.0%} of the "
-    f"run's fastest, and a cycle begins where heating begins again by more than {TURN_K:g} K. Point at a cell for the "
-    "rms of the residual there."
-)
 
 
 def render_comparison(comparison: Comparison) -> str:
@@ -35,11 +27,23 @@ def render_comparison(comparison: Comparison) -> str:
     heading = f"The {model_name(comparison.model)} beside {len(runs)} run{'s' if len(runs) > 1 else ''}"
     sections = (
         Section("Misfit", (misfit(comparison),)),
-        Section("Where the error sits", (*(where(c, shares) for c, shares in comparison.shares.items()), CONDITIONS)),
+        Section(
+            "Where the error sits",
+            (*(where(c, shares) for c, shares in comparison.shares.items()), _conditions(comparison.options)),
+        ),
         *(run_section(run) for run in comparison.runs),
         Section("The model", (parameters(comparison.model),)),
     )
     return render(heading, comparison.sentences, sections, provenance(comparison.model, runs, comparison.drive))
+
+
+def _conditions(options: CompareOptions) -> str:
+    """What the words of the tables mean."""
+    return (
+        "Branches, holds and cycles are those of the model's temperature: held is a rate below "
+        f"{options.hold_share:.0%} of the run's fastest, and a cycle begins where heating begins again by more than "
+        f"{options.turn_k:g} K. Point at a cell for the rms of the residual there."
+    )
 
 
 def parameters(model: Model) -> Table:
