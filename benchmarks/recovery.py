@@ -55,8 +55,12 @@ def deviations(result: FitResult, truth: Model) -> list[float]:
     report = result.identifiability
     assert report is not None
     index = [result.model.index(key) for key in report.keys]
-    axes = Transformation.of([result.model.values[i] for i in index])
-    off = axes.to_natural(result.model.vector[index]) - axes.to_natural(truth.vector[index])
+    transformation = Transformation.of([result.model.values[i] for i in index])
+    found, true = (
+        np.array([scale.place(p) for scale, p in zip(transformation.scales, model.vector[index], strict=True)])
+        for model in (result.model, truth)
+    )
+    off = (found - true) / transformation.natural_unit
     return [float(off[j] / report.standard_errors[j]) for j in np.flatnonzero(report.determined)]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
 
-from lce_analysis.options import Drive
+from lce_analysis.options import Drive, FitOptions
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
@@ -26,8 +26,10 @@ COLUMN: Final[Mapping[Channel, int]] = {
     channel: RECORDED.index(channel.output) for channel in SENSORS if channel.output is not None
 }
 """Columns that hold what each sensor shows."""
-INTERVALS, MOVED = 8, 5.0
-"""Under constant power a series moves if the means of so many intervals differ by so many times its noise."""
+MECHANICAL: Final = tuple(channel for channel in SENSORS if channel is not TEMPERATURE)
+"""Sensors that show what happens behind the temperature."""
+INTERVALS: Final = 8
+"""Intervals of a run whose means show a drift; a number of the method, not a threshold."""
 
 
 @dataclass(frozen=True)
@@ -82,13 +84,14 @@ class SimulationInput:
         return out
 
 
-def excited(run: Run) -> bool:
+def excited(run: Run, options: FitOptions = FitOptions()) -> bool:
     """Does the laser power of the run change, or do sensors follow a step to it with which the run began?"""
     if run.power is None or np.ptp(run.power.value) > 0.0:
         return True
     series = run.measured.values()
     return bool(run.power.value[0] > 0.0) and any(
-        np.ptp([part.mean() for part in np.array_split(s.value, INTERVALS)]) > MOVED * noise_floor(s) for s in series
+        np.ptp([part.mean() for part in np.array_split(s.value, INTERVALS)]) > options.moved * noise_floor(s)
+        for s in series
     )
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.compare import as_json, compare
-from lce_analysis.comparison.residuals import autocorrelation, cross_correlation, profile
+from lce_analysis.comparison.residuals import autocorrelation, cross_correlation, residual_profile
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
@@ -94,7 +94,7 @@ def test_a_residual_that_follows_its_input_correlates_at_that_lag() -> None:
     assert found.lag_s[[0, -1]] == pytest.approx([-20.0, 20.0])
 
 
-def test_the_band_of_two_smooth_strangers_holds_their_correlation() -> None:
+def test_the_band_of_two_unrelated_smooth_series_holds_their_correlation() -> None:
     rng = np.random.default_rng(2)
     pairs = [cross_correlation(_ar1(rng, 4_000, 0.98), _ar1(rng, 4_000, 0.98), 0.1) for _ in range(40)]
     assert np.mean([p.outside for p in pairs]) == pytest.approx(0.05, abs=0.04)
@@ -111,7 +111,7 @@ def test_profiles_show_the_dependence(strip: Model, recorded: Record) -> None:
 
 
 def test_a_profile_has_no_mean_where_there_are_too_few_samples() -> None:
-    found = profile(np.array([0.0, 0.0, 0.0, 0.0, 1.0]), np.ones(5, dtype=bool), np.full(5, 2.0))
+    found = residual_profile(np.array([0.0, 0.0, 0.0, 0.0, 1.0]), np.ones(5, dtype=bool), np.full(5, 2.0))
     assert found.heating[0] == 2.0 and np.isnan(found.heating[1:]).all()
     assert np.isnan(found.cooling).all()
 

@@ -34,7 +34,7 @@ def test_a_free_parameter_without_effect_does_no_harm() -> None:
     assert project(table.T @ table, 5).strength[0] == pytest.approx(0.5)
 
 
-def test_likeness_is_measured_after_projection() -> None:
+def test_collinearity_is_measured_after_projection() -> None:
     seen = project(_gram(TRUE + 5.0 * FREE[:, 0], TRUE - 4.0 * FREE[:, 1], OTHER, TRUE), 3)
     assert seen.collinearity[0, 1] == pytest.approx(1.0)
     assert seen.collinearity[0, 2] < 0.1

@@ -15,12 +15,12 @@ from lce_analysis.comparison.conditions import ErrorShares, OperatingConditions,
 from lce_analysis.comparison.metrics import nrmse, rms_error, rmse_printed, smape
 from lce_analysis.comparison.residuals import (
     Correlation,
-    Profile,
     ResidualMap,
+    ResidualProfile,
     autocorrelation,
     cross_correlation,
-    profile,
     residual_map,
+    residual_profile,
 )
 from lce_analysis.options import CompareOptions, Drive
 from lce_analysis.prediction import Prediction, predict
@@ -38,8 +38,15 @@ Floats = NDArray[np.float64]
 class Metrics:
     """Measures of misfit of one series, in its unit (K for a temperature difference) or as fractions.
 
-    rms is √(Σe²/N); rmse_printed is (4.18) as printed, (1/N)√Σe²; nrmse is (4.24); smape is (4.23), of the temperature
-    in °C, and of λ = 1 - d/L0 for the displacement, as in the dissertation. noise is the sensor's.
+    Equation numbers are those of Wu (2021).
+
+    Attributes
+    ----------
+    rms : √(Σe²/N).
+    rmse_printed : (4.18) as printed, (1/N)√Σe².
+    nrmse : (4.24), as a fraction.
+    smape : (4.23), as a fraction: of the temperature in °C, and of λ = 1 - d/L0 for the displacement.
+    noise : RMS noise of the sensor, estimated from the series.
     """
 
     rms: float
@@ -58,8 +65,18 @@ class Metrics:
 class ChannelComparison:
     """One measured series of a run beside the model, all (n,), in the recorded unit of its channel (°C, m).
 
-    input_correlation is with what drives the channel: the power for the temperature, the temperature for all others.
-    profiles are over "temperature" [°C], "rate" [K/s] and "power" [W].
+    Attributes
+    ----------
+    channel : what was measured.
+    time_s : times of the samples [s].
+    measured, modelled : values at those times.
+    conditions : what the strip was doing at those times.
+    metrics : measures of the misfit.
+    autocorrelation : of the residual with itself.
+    input_correlation : of the residual with what drives the channel: the power for the temperature, the temperature for
+        all others.
+    profiles : mean residual over "temperature" [°C], "rate" [K/s] and "power" [W].
+    map : mean residual over temperature, cycle and branch.
     """
 
     channel: Channel
@@ -70,7 +87,7 @@ class ChannelComparison:
     metrics: Metrics
     autocorrelation: Correlation
     input_correlation: Correlation
-    profiles: Mapping[str, Profile]
+    profiles: Mapping[str, ResidualProfile]
     map: ResidualMap
 
     @property
@@ -97,14 +114,25 @@ class RunComparison:
 class Comparison:
     """A model beside runs: misfit by run and channel, shares of the squared error by condition, and sentences.
 
-    shares and sentences have one for each channel, that with the largest residual in units of its noise first.
+    Attributes
+    ----------
+    model : the model.
+    options : how it was compared.
+    runs : one for each run, with its misfit by channel.
+    shares : where the squared error sits, by channel; that with the largest residual in units of its noise comes first.
+    sentences : one for each channel, in the same order.
     """
 
     model: Model
-    drive: Drive
+    options: CompareOptions
     runs: tuple[RunComparison, ...]
     shares: Mapping[Channel, ErrorShares]
     sentences: tuple[str, ...]
+
+    @property
+    def drive(self) -> Drive:
+        """What drove the T→d stage."""
+        return self.options.drive
 
 
 def compare(
@@ -120,7 +148,8 @@ def compare(
     ----------
     model, runs : what is compared.
     options : what drives the deformation, and when a misfit counts.
-    progress, cancel : hears of each run; raises Cancelled between two of them.
+    progress : called before each run.
+    cancel : stops between two runs and raises Cancelled.
 
     Returns
     -------
@@ -130,7 +159,7 @@ def compare(
     Raises
     ------
     LceError
-        If no run holds a series that the model predicts.
+        If no run holds a series that the model predicts, or a run lacks an input that the model needs.
 
     Examples
     --------
@@ -141,7 +170,7 @@ def compare(
     progress, compared = watched(progress, cancel), []
     for i, run in enumerate(runs):
         progress(f"comparing {run.name}", i, len(runs), float("nan"))
-        compared.append(_run(model, run, options.drive))
+        compared.append(_run(model, run, options))
     members: dict[Channel, list[tuple[str, ChannelComparison]]] = {}
     for channel in SENSORS:
         if found := [(c.run.name, c.channels[channel]) for c in compared if channel in c.channels]:
@@ -149,29 +178,36 @@ def compare(
     if not members:
         raise LceError("none of the runs holds a series that this model predicts")
     worst_first = sorted(members, key=lambda c: max(m.metrics.over_noise for _, m in members[c]), reverse=True)
-    shares = {c: error_shares([(name, m.conditions, m.residual) for name, m in members[c]]) for c in worst_first}
+    shares = {
+        c: error_shares([(name, m.conditions, m.residual) for name, m in members[c]], options) for c in worst_first
+    }
     sentences = tuple(_sentence(c, members[c], shares[c], options) for c in worst_first)
-    return Comparison(model, options.drive, tuple(compared), shares, sentences)
+    return Comparison(model, options, tuple(compared), shares, sentences)
 
 
-def _run(model: Model, run: Run, drive: Drive) -> RunComparison:
-    prediction = predict(model, run, drive)
+def _run(model: Model, run: Run, options: CompareOptions) -> RunComparison:
+    prediction = predict(model, run, options.drive)
     power = np.zeros_like(prediction.time_s)
     if run.power is not None:
         held = np.searchsorted(run.power.time_s, prediction.time_s + 1e-9, side="right") - 1
         power = run.power.value[np.maximum(held, 0)]
-    course = operating_conditions(prediction.time_s, prediction.temperature_k, power)
+    course = operating_conditions(prediction.time_s, prediction.temperature_k, power, options)
     channels = {}
     for channel, modelled in prediction.at_samples.items():
         try:
-            channels[channel] = _channel(model, channel, run.series[channel], modelled, course)
+            channels[channel] = _channel(model, channel, run.series[channel], modelled, course, options)
         except LceError as error:
             raise LceError(f"{run.name}: {channel.name}: {error}") from None
     return RunComparison(run, prediction, channels)
 
 
 def _channel(
-    model: Model, channel: Channel, series: Series, modelled_si: Floats, course: OperatingConditions
+    model: Model,
+    channel: Channel,
+    series: Series,
+    modelled_si: Floats,
+    course: OperatingConditions,
+    options: CompareOptions,
 ) -> ChannelComparison:
     measured, modelled = channel.recorded.from_si(series.value), channel.recorded.from_si(modelled_si)
     residual = measured - modelled
@@ -185,13 +221,13 @@ def _channel(
         modelled,
         here,
         _metrics(model, channel, measured, modelled, noise_floor(series)),
-        autocorrelation(residual, step),
-        cross_correlation(residual, drive, step),
+        autocorrelation(residual, step, options),
+        cross_correlation(residual, drive, step, options),
         {
-            name: profile(values, here.heating, residual)
+            name: residual_profile(values, here.heating, residual, options)
             for name, values in (("temperature", here.temperature_c), ("rate", here.rate_k_s), ("power", here.power_w))
         },
-        residual_map(here, residual),
+        residual_map(here, residual, options),
     )
 
 
@@ -231,7 +267,7 @@ def _sentence(
 def _one_run(found: ErrorShares, options: CompareOptions) -> str:
     """Words for a run that holds most of the error, and more of it than its share."""
     name, share = max(found.runs.items(), key=lambda item: item[1].error_share)
-    much = len(found.runs) > 1 and share.error_share > max(0.5, options.even * share.sample_share)
+    much = len(found.runs) > 1 and share.error_share > max(options.most, options.even * share.sample_share)
     return f"; {name} alone holds {share.error_share:.0%} of it" if much else ""
 
 

@@ -8,22 +8,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.options import CompareOptions
 from lce_data.units import KELVIN
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 BRANCHES: Final = ("heating", "cooling")
-TURN_K: Final = 2.0
-"""A turn of the temperature by less than this does not begin another cycle."""
-HOLD_SHARE: Final = 0.05
-"""A temperature that changes by less than this share of its fastest rate is held."""
-STILL_K_S: Final = 1e-3
-"""So slow a change is a hold in any run."""
-STEPS: Final = 16
-"""Steps of the temperature range of which the interval with most of the error is made."""
-SIMPLER: Final = 0.75
-"""A narrower description must need less than this part of the samples, or the simpler one stands."""
 
 
 @dataclass(frozen=True)
@@ -55,23 +46,25 @@ class OperatingConditions:
         )
 
 
-def operating_conditions(time_s: Floats, temperature_k: Floats, power_w: Floats) -> OperatingConditions:
+def operating_conditions(
+    time_s: Floats, temperature_k: Floats, power_w: Floats, options: CompareOptions = CompareOptions()
+) -> OperatingConditions:
     """The operating conditions of a run from its temperature and power (n,)."""
     rate = np.gradient(temperature_k, time_s)
-    branch, cycle = _turns(temperature_k)
-    hold = np.abs(rate) <= max(STILL_K_S, HOLD_SHARE * float(np.max(np.abs(rate))))
+    branch, cycle = _turns(temperature_k, options.turn_k)
+    hold = np.abs(rate) <= max(options.still_k_s, options.hold_share * float(np.max(np.abs(rate))))
     return OperatingConditions(time_s, temperature_k - KELVIN, rate, power_w, branch > 0, hold, cycle)
 
 
-def _turns(temperature_k: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Branch (+1, -1) and cycle (from 1) at each time; turns smaller than TURN_K are left out."""
+def _turns(temperature_k: Floats, turn_k: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Branch (+1, -1) and cycle (from 1) at each time; turns smaller than ``turn_k`` are left out."""
     direction = np.empty(temperature_k.size, dtype=np.intp)
     cycle = np.empty(temperature_k.size, dtype=np.intp)
     branch, number, extreme, since = 1, 1, float(temperature_k[0]), 0
     for i, t in enumerate(temperature_k.tolist()):
         if (t - extreme) * branch >= 0.0:
             extreme, since = t, i
-        elif abs(t - extreme) > TURN_K:
+        elif abs(t - extreme) > turn_k:
             branch = -branch
             number += branch > 0
             # The turn was where the extreme was, not where it became certain.
@@ -128,7 +121,7 @@ class ErrorShares:
     conditions : quarter of the temperature range x branch x hold or ramp, coldest quarter first.
     quarters, branches, holds, runs : the same error by one of them alone; keys as in a table.
     cycles : by run and by cycle within it.
-    most : the smallest interval that holds at least half of the error.
+    most : the smallest interval that holds at least the share `CompareOptions.most` of the error.
     """
 
     conditions: tuple[ConditionShare, ...]
@@ -140,7 +133,9 @@ class ErrorShares:
     most: Interval
 
 
-def error_shares(members: Sequence[tuple[str, OperatingConditions, Floats]]) -> ErrorShares:
+def error_shares(
+    members: Sequence[tuple[str, OperatingConditions, Floats]], options: CompareOptions = CompareOptions()
+) -> ErrorShares:
     """Shares over all members: name of a run, its operating conditions (n,), its residual (n,)."""
     temperature = np.concatenate([r.temperature_c for _, r, _ in members])
     heating = np.concatenate([r.heating for _, r, _ in members])
@@ -177,49 +172,51 @@ def error_shares(members: Sequence[tuple[str, OperatingConditions, Floats]]) -> 
             name: {int(n): Share(*share((run == i) & (cycle == n))) for n in np.unique(r.cycle)}
             for i, (name, r, _) in enumerate(members)
         },
-        most=_most(temperature, heating, hold, squared),
+        most=_most(temperature, heating, hold, squared, options),
     )
 
 
-def _most(temperature: Floats, heating: Flags, hold: Flags, squared: Floats) -> Interval:
-    """The smallest interval, by its samples, that holds at least half of the squared error.
+def _most(temperature: Floats, heating: Flags, hold: Flags, squared: Floats, options: CompareOptions) -> Interval:
+    """The smallest interval, by its samples, that holds most of the squared error.
 
     Tried from the simplest description (a range of temperatures) to the most particular (… on one branch, while held);
-    a more particular one must be smaller by SIMPLER.
+    a more particular one must be smaller by the factor ``options.simpler``.
     """
-    edges = np.linspace(float(temperature.min()), float(temperature.max()), STEPS + 1)
-    step = np.clip(np.searchsorted(edges, temperature, side="right") - 1, 0, STEPS - 1)
+    steps = options.intervals
+    edges = np.linspace(float(temperature.min()), float(temperature.max()), steps + 1)
+    step = np.clip(np.searchsorted(edges, temperature, side="right") - 1, 0, steps - 1)
     total = float(np.sum(squared)) or 1.0
-    best = Interval(0.0, 1.0, 0.0, None, None, float(edges[0]), float(edges[-1]))
-    found_any = False
+    best: Interval | None = None
     for branch, held, here in _descriptions(heating, hold):
-        error = np.asarray(np.bincount(step[here], weights=squared[here], minlength=STEPS), dtype=np.float64)
-        shortest = _shortest_half(error, np.bincount(step[here], minlength=STEPS), total)
+        error = np.asarray(np.bincount(step[here], weights=squared[here], minlength=steps), dtype=np.float64)
+        shortest = _shortest_interval(error, np.bincount(step[here], minlength=steps), total, options.most)
         if shortest is None:
             continue
         samples, share, begin, end = shortest
-        if not found_any or samples < SIMPLER * best.sample_share * squared.size:
+        if best is None or samples < options.simpler * best.sample_share * squared.size:
             rms = float(np.sqrt(share * total / max(samples, 1)))
             lower, upper = float(edges[begin]), float(edges[end])
             best = Interval(share, float(samples / squared.size), rms, branch, held, lower, upper)
-            found_any = True
-    return best
+    # Without any error there is no such interval.
+    return best or Interval(0.0, 1.0, 0.0, None, None, float(edges[0]), float(edges[-1]))
 
 
-def _shortest_half(error: Floats, count: NDArray[np.intp], total: float) -> tuple[int, float, int, int] | None:
-    """Of all runs of steps that hold half of the error, that with the fewest samples.
+def _shortest_interval(
+    error: Floats, count: NDArray[np.intp], total: float, most: float
+) -> tuple[int, float, int, int] | None:
+    """Of all intervals of steps that hold the share ``most`` of the error, that with the fewest samples.
 
-    ``error`` (STEPS,) is the squared error in each step, ``count`` (STEPS,) its samples, ``total`` the squared error of
+    ``error`` (steps,) is the squared error in each step, ``count`` (steps,) its samples, ``total`` the squared error of
     all data. Returns samples, share of the error, first step and step behind the last; None if all steps together hold
-    less than half.
+    less.
     """
     error_before = np.concatenate([[0.0], np.cumsum(error)]) / total
     count_before = np.concatenate([[0], np.cumsum(count)])
     enough = [
         (int(count_before[end] - count_before[begin]), begin, end)
-        for begin in range(STEPS)
-        for end in range(begin + 1, STEPS + 1)
-        if error_before[end] - error_before[begin] >= 0.5
+        for begin in range(count.size)
+        for end in range(begin + 1, count.size + 1)
+        if error_before[end] - error_before[begin] >= most
     ]
     if not enough:
         return None

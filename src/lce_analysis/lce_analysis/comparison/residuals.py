@@ -9,15 +9,12 @@ from numpy.typing import NDArray
 from scipy.signal import correlate
 
 from lce_analysis.comparison.conditions import BRANCHES, OperatingConditions
+from lce_analysis.options import CompareOptions
 
 Floats = NDArray[np.float64]
 
-LONGEST_LAG_S: Final = 20.0
 CHANCE: Final = 1.96
-"""Standard deviations within which 95 % of normal values lie."""
-BINS: Final = 40
-FEWEST: Final = 3
-"""A bin with fewer samples has no mean."""
+"""Standard deviations within which 95 % of normal values lie: `Correlation` is defined by that share."""
 
 
 @dataclass(frozen=True)
@@ -35,22 +32,24 @@ class Correlation:
         return float(np.mean(np.abs(self.value[other]) > self.band)) if other.any() else 0.0
 
 
-def autocorrelation(residual: Floats, step_s: float) -> Correlation:
+def autocorrelation(residual: Floats, step_s: float, options: CompareOptions = CompareOptions()) -> Correlation:
     """Of a residual (n,) sampled every step_s; the band is that of white noise, 1.96/√N."""
     value = _coefficients(residual, residual)
-    lags = _lags(residual.size, step_s)
+    lags = _lags(residual.size, step_s, options)
     return Correlation(
         step_s * np.arange(lags + 1.0), value[value.size // 2 :][: lags + 1], CHANCE / residual.size**0.5
     )
 
 
-def cross_correlation(residual: Floats, drive: Floats, step_s: float) -> Correlation:
+def cross_correlation(
+    residual: Floats, drive: Floats, step_s: float, options: CompareOptions = CompareOptions()
+) -> Correlation:
     """Of a residual with its input (n,); at a positive lag the residual comes after the input.
 
     Two smooth series that have nothing to do with each other correlate more than white noise does, so the band is
     Bartlett's, 1.96 √(Σ ρ_ee ρ_uu / N), and 1.96/√N where the residual is white.
     """
-    lags = _lags(residual.size, step_s)
+    lags = _lags(residual.size, step_s, options)
     middle = residual.size - 1
     inner = slice(middle - lags, middle + lags + 1)
     both = float(_coefficients(residual, residual)[inner] @ _coefficients(drive, drive)[inner])
@@ -65,12 +64,12 @@ def _coefficients(a: Floats, b: Floats) -> Floats:
     return np.asarray(correlate(a, b, mode="full", method="fft") / scale, dtype=np.float64)
 
 
-def _lags(n: int, step_s: float) -> int:
-    return min(round(LONGEST_LAG_S / step_s), n // 2)
+def _lags(n: int, step_s: float, options: CompareOptions) -> int:
+    return min(round(options.longest_lag_s / step_s), n // 2)
 
 
 @dataclass(frozen=True)
-class Profile:
+class ResidualProfile:
     """Mean residual (k,) on each branch in bins (k,) of one quantity; NaN where there are too few samples."""
 
     centre: Floats
@@ -78,11 +77,15 @@ class Profile:
     cooling: Floats
 
 
-def profile(values: Floats, heating: NDArray[np.bool_], residual: Floats) -> Profile:
+def residual_profile(
+    values: Floats, heating: NDArray[np.bool_], residual: Floats, options: CompareOptions = CompareOptions()
+) -> ResidualProfile:
     """Mean of the residual (n,) over equal bins of the range of ``values`` (n,)."""
-    edges = _edges(float(values.min()), float(values.max()), BINS)
-    mean = [_means(_bin(values[here], edges), residual[here], BINS) for here in (heating, ~heating)]
-    return Profile(0.5 * (edges[1:] + edges[:-1]), *mean)
+    edges = _edges(float(values.min()), float(values.max()), options.bins)
+    mean = [
+        _means(_bin(values[here], edges), residual[here], options.bins, options.fewest) for here in (heating, ~heating)
+    ]
+    return ResidualProfile(0.5 * (edges[1:] + edges[:-1]), *mean)
 
 
 @dataclass(frozen=True)
@@ -97,9 +100,11 @@ class ResidualMap:
     mean: Floats
 
 
-def residual_map(conditions: OperatingConditions, residual: Floats, bins: int = 16) -> ResidualMap:
+def residual_map(
+    conditions: OperatingConditions, residual: Floats, options: CompareOptions = CompareOptions()
+) -> ResidualMap:
     """The residual (n,) over temperature, cycle and branch."""
-    edges = _edges(float(conditions.temperature_c.min()), float(conditions.temperature_c.max()), bins)
+    edges = _edges(float(conditions.temperature_c.min()), float(conditions.temperature_c.max()), options.map_bins)
     index = _bin(conditions.temperature_c, edges)
     rows, means = [], []
     for cycle in np.unique(conditions.cycle):
@@ -107,7 +112,7 @@ def residual_map(conditions: OperatingConditions, residual: Floats, bins: int = 
             here = (conditions.cycle == cycle) & (conditions.heating == (branch == "heating"))
             if here.any():
                 rows.append((int(cycle), branch))
-                means.append(_means(index[here], residual[here], bins))
+                means.append(_means(index[here], residual[here], options.map_bins, options.fewest))
     return ResidualMap(edges, tuple(rows), np.array(means))
 
 
@@ -120,7 +125,7 @@ def _bin(values: Floats, edges: Floats) -> NDArray[np.intp]:
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
 
 
-def _means(index: NDArray[np.intp], residual: Floats, bins: int) -> Floats:
+def _means(index: NDArray[np.intp], residual: Floats, bins: int, fewest: int) -> Floats:
     count = np.bincount(index, minlength=bins)
     total = np.bincount(index, weights=residual, minlength=bins)
-    return np.where(count >= FEWEST, total / np.maximum(count, 1), np.nan)
+    return np.where(count >= fewest, total / np.maximum(count, 1), np.nan)

@@ -17,14 +17,13 @@ from lce_analysis.identification.least_squares import levenberg_marquardt
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.identification.uncertainty import correlation_time
+from lce_analysis.options import FitOptions
 from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
 
-BLOCK: Final = 4.0
-"""Length of a block in correlation times of the residual."""
 ITERATIONS: Final = 30
-"""Of each refit, from the optimum of the data as measured."""
+"""Of each refit, from the optimum of the data as measured: more than any of them takes to converge."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +51,12 @@ class Bootstrap:
         )
 
 
-def bootstrap(problem: Problem, draws: int, seed: int, progress: Progress) -> Bootstrap:
+def bootstrap(
+    problem: Problem, draws: int, seed: int, progress: Progress, options: FitOptions = FitOptions()
+) -> Bootstrap:
     """Refit ``draws`` times a problem that stands at its optimum; a KeyboardInterrupt ends with what is there."""
     values = [problem.model.values[i] for i in problem.free]
-    tasks = [partial(_draw, problem, seed, i, draws) for i in range(draws)]
+    tasks = [partial(_draw, problem, seed, i, draws, options.bootstrap_block) for i in range(draws)]
     found: list[Floats] = []
     with suppress(KeyboardInterrupt):
         found.extend(each(tasks, "bootstrap", progress))
@@ -67,15 +68,14 @@ def bootstrap(problem: Problem, draws: int, seed: int, progress: Progress) -> Bo
     )
 
 
-def _draw(problem: Problem, seed: int, i: int, draws: int, progress: Progress) -> Floats:
+def _draw(problem: Problem, seed: int, i: int, draws: int, block: float, progress: Progress) -> Floats:
     """Free parameters (k,) of draw ``i``; the same whoever draws it."""
     rng = np.random.default_rng((seed, i))
     first = problem.first()
     residual = problem.residuals(first)
-    parts = np.split(residual, np.cumsum([b.size for b in problem.observed])[:-1])
-    drawn = replace(
-        problem, observed=tuple(_redrawn(b, part, rng) for b, part in zip(problem.observed, parts, strict=True))
-    )
+    parts = np.split(residual, np.cumsum([series.size for series in problem.observed])[:-1])
+    redrawn = (_redrawn(series, part, rng, block) for series, part in zip(problem.observed, parts, strict=True))
+    drawn = replace(problem, observed=tuple(redrawn))
     optimum = levenberg_marquardt(
         drawn, first, "bootstrap", lambda label, done, total, rms: progress(label, i, draws, rms), ITERATIONS, 1e-6
     )
@@ -84,10 +84,10 @@ def _draw(problem: Problem, seed: int, i: int, draws: int, progress: Progress) -
     return drawn.split(optimum.variables)[0]
 
 
-def _redrawn(series: ObservedSeries, residual: Floats, rng: np.random.Generator) -> ObservedSeries:
+def _redrawn(series: ObservedSeries, residual: Floats, rng: np.random.Generator, block: float) -> ObservedSeries:
     """The series, measured anew; ``residual`` (n,) is weighted, model minus measurement."""
     n = residual.size
-    length = min(n, int(np.ceil(BLOCK * correlation_time(residual))))
+    length = min(n, int(np.ceil(block * correlation_time(residual))))
     begins = rng.integers(0, n - length + 1, -(-n // length))
     error = (residual - residual.mean())[(begins[:, None] + np.arange(length)).ravel()[:n]]
     return replace(series, measured=series.measured + (residual - error) / series.weight)

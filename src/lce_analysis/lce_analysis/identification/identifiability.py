@@ -26,6 +26,7 @@ class Identifiability:
     determined : (k,) whether a parameter itself is determined.
     correlation : (k, k).
     sentences : what is not determined, in words.
+    strong_correlation : |ρ| above which two parameters are reported as strongly correlated.
     """
 
     keys: tuple[str, ...]
@@ -35,29 +36,35 @@ class Identifiability:
     determined: NDArray[np.bool_]
     correlation: Floats
     sentences: tuple[str, ...]
+    strong_correlation: float = FitOptions.strong_correlation
 
-    def strong_correlations(self, threshold: float = FitOptions.strong_correlation) -> list[tuple[str, str, float]]:
+    def strong_correlations(self, threshold: float | None = None) -> list[tuple[str, str, float]]:
         """Pairs of determined parameters that the data hardly tell apart.
 
         Parameters
         ----------
-        threshold : |ρ| above which a pair is reported.
+        threshold : |ρ| above which a pair is reported, that of the fit (`FitOptions.strong_correlation`) if None.
 
         Returns
         -------
         list of (str, str, float)
             The names of the two, and their correlation ρ.
         """
+        least = self.strong_correlation if threshold is None else threshold
         known = np.flatnonzero(self.determined).tolist()
         return [
             (self.keys[i], self.keys[j], float(self.correlation[i, j]))
             for i, j in itertools.combinations(known, 2)
-            if abs(self.correlation[i, j]) > threshold
+            if abs(self.correlation[i, j]) > least
         ]
 
 
 def identifiability(
-    jacobian: Floats, keys: Sequence[str], logarithmic: NDArray[np.bool_], undetermined: float = FitOptions.undetermined
+    jacobian: Floats,
+    keys: Sequence[str],
+    logarithmic: NDArray[np.bool_],
+    undetermined: float = FitOptions.undetermined,
+    strong_correlation: float = FitOptions.strong_correlation,
 ) -> Identifiability:
     """From the Jacobian (N, k) of residuals with unit variance over parameters in natural units.
 
@@ -82,6 +89,7 @@ def identifiability(
         determined=np.asarray(determined, dtype=np.bool_),
         correlation=correlation,
         sentences=tuple(_in_words(v, keys, logarithmic) for v in _sparse(directions[:, spread > undetermined]).T),
+        strong_correlation=strong_correlation,
     )
 
 

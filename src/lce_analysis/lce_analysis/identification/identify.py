@@ -29,6 +29,7 @@ from lce_analysis.identification.problem import Problem, observed_series, start_
 from lce_analysis.identification.result import FitResult
 from lce_analysis.options import FitOptions
 from lce_analysis.prediction import (
+    MECHANICAL,
     STATE,
     SimulationInput,
     excited,
@@ -48,10 +49,10 @@ Floats = NDArray[np.float64]
 
 HEAT_STAGES = frozenset[Stage]({"surroundings", "light", "heat"})
 MECHANICAL_STAGES = frozenset(STAGES) - HEAT_STAGES
-MECHANICAL = tuple(channel for channel in SENSORS if channel is not TEMPERATURE)
-"""What the stages behind the temperature are judged by."""
 HALVING = ((20, 8), (5, 25), (2, 200))
-"""Rounds of the least squares from several starts: how many of the best go on, for how many steps."""
+"""Rounds of the least squares from several starts: how many of the best go on, for how many steps.
+
+This shares out the work; the last round runs to the end whatever the first two were."""
 
 
 def fit(
@@ -90,7 +91,7 @@ def fit(
     """
     if not runs:
         raise LceError("no runs to fit")
-    check_runs(model, runs)
+    check_runs(model, runs, options)
     inputs = [simulation_input(run, model) for run in runs]
     return _Search(model, inputs, options, watched(progress, cancel)).result()
 
@@ -111,23 +112,25 @@ def _fit_one(model: Model, run: Run, options: FitOptions, progress: Progress) ->
     return fit(model, [run], options, lambda label, *rest: progress(f"{run.name}: {label}", *rest))
 
 
-def check_runs(model: Model, runs: Sequence[Run]) -> None:
+def check_runs(model: Model, runs: Sequence[Run], options: FitOptions = FitOptions()) -> None:
     """Raise LceError if a run says nothing of the model, or the runs are not of one strip."""
     lengths = {run.name: run.strip_length_m for run in runs if run.strip_length_m is not None}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name}: {length} m" for name, length in lengths.items())
         raise LceError(f"runs of strips of different length cannot share one parameter set ({listed})")
+    mechanical = [channel for channel in MECHANICAL if model.predicts(channel)]
     for run in runs:
-        if model.deformation == "none" and run.temperature is None:
+        if not mechanical and run.temperature is None:
             raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
-        if model.deformation != "none" and run.displacement is None and run.power is None:
+        if mechanical and run.power is None and not any(channel in run.series for channel in mechanical):
             raise LceError(f"{run.name}: nothing in it says anything of this model")
-        if run.power is not None and model.thermal != "none" and not excited(run):
+        if run.power is not None and model.thermal != "none" and not excited(run, options):
             raise LceError(
                 f"{run.name}: the laser power is {run.power.value[0]:g} W throughout; nothing can be identified from it"
             )
-    if model.deformation != "none" and all(run.displacement is None for run in runs):
-        raise LceError("no run has a displacement; fit with --deformation none")
+    if model.deformation != "none" and not any(channel in run.series for run in runs for channel in mechanical):
+        names = " or ".join(channel.name for channel in mechanical)
+        raise LceError(f"no run has a {names}; fit with --deformation none")
 
 
 def _thermal_stage(model: Model) -> Model:
@@ -330,7 +333,7 @@ class _Search:
             self._adopt(problem, self._polish(problem, "both stages", self.options.negligible / problem.size).variables)
             problem = replace(problem, model=self.model, starts_k=self.starts)
             before, sigma = sigma, self._misfit(problem)
-            if max(abs(sigma[channel] / before[channel] - 1.0) for channel in sigma) < 0.05:
+            if max(abs(sigma[channel] / before[channel] - 1.0) for channel in sigma) < self.options.same_weights:
                 break
         return problem
 
@@ -361,6 +364,4 @@ class _Search:
             raise LceError("none of the runs holds a series that this model predicts")
         problem = replace(problem, model=self.model)
         runs = [i.run for i in self.inputs]
-        return FitResult.from_problem(
-            problem, runs, self.starts, self.options.drive, self.evaluations, self.interrupted
-        )
+        return FitResult.from_problem(problem, runs, self.starts, self.options, self.evaluations, self.interrupted)

@@ -91,7 +91,7 @@ def evolve(
     """
     low, high = box
     rng = np.random.default_rng(seed)
-    coordinates = problem.transformation
+    transformation = problem.transformation
     best = Optimum(problem.first()[: low.size], float("inf"), 0, False)
     population = best.variables[None]
     evaluations = done = 0
@@ -99,14 +99,14 @@ def evolve(
     def objective(candidates: Floats, /) -> Floats:
         nonlocal evaluations
         evaluations += candidates.shape[1]
-        return problem.rms_of_rows(coordinates.from_box(candidates.T))
+        return problem.rms_of_rows(transformation.from_box(candidates.T))
 
     # scipy passes the result by name to a callback with just this argument.
     def each_generation(intermediate_result: OptimizeResult) -> None:
         nonlocal best, done, population
         done += 1
         order = np.argsort(intermediate_result.population_energies)
-        population = coordinates.to_search(coordinates.from_box(intermediate_result.population[order]))
+        population = transformation.to_search(transformation.from_box(intermediate_result.population[order]))
         best = Optimum(population[0], float(intermediate_result.fun), evaluations, False)
         progress(label, done, generations, best.rms)
         if best.rms <= enough:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +19,13 @@ from lce_analysis.identification.least_squares import levenberg_marquardt
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem
 from lce_analysis.identification.uncertainty import calibrated
+from lce_analysis.options import FitOptions
 from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
 
-POINTS = 8
-"""Values tried on each side at most."""
-ITERATIONS = 12
-"""Of the least squares at each of them, from its neighbour's optimum."""
+ITERATIONS: Final = 12
+"""Of the least squares at each value, from its neighbour's optimum: more than any of them takes to converge."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ class Profile:
         return f"{self.key} is {self.best:.4g}{unit}, between {self.low:.4g} and {self.high:.4g}"
 
 
-def profiles(problem: Problem, progress: Progress, level: float = 0.95) -> tuple[Profile, ...]:
+def profiles(
+    problem: Problem, progress: Progress, level: float = 0.95, options: FitOptions = FitOptions()
+) -> tuple[Profile, ...]:
     """One for each free parameter of a problem that stands at its optimum; a KeyboardInterrupt ends early.
 
     χ² counts residuals as independent ones (:func:`lce_analysis.identification.uncertainty.calibrated`).
@@ -66,18 +68,18 @@ def profiles(problem: Problem, progress: Progress, level: float = 0.95) -> tuple
     threshold = float(chi2.ppf(level, 1))
     found: list[Profile] = []
     with suppress(KeyboardInterrupt):
-        tasks = [partial(_profile, counted, j, threshold) for j in range(len(counted.free))]
+        tasks = [partial(_profile, counted, j, threshold, options.profile_points) for j in range(len(counted.free))]
         found.extend(each(tasks, "profiles", progress))
     return tuple(found)
 
 
-def _profile(problem: Problem, j: int, threshold: float, progress: Progress) -> Profile:
+def _profile(problem: Problem, j: int, threshold: float, most: int, progress: Progress) -> Profile:
     value = problem.model.values[problem.free[j]]
     least = problem.residuals(problem.first())
     sides, ends = [], []
     for sign in (-1.0, 1.0):
         points = [(value.value, 0.0)]
-        for point in _walk(problem, j, sign, threshold, float(least @ least), progress):
+        for point in _walk(problem, j, sign, threshold, float(least @ least), most, progress):
             points.append(point)
             if point[1] > threshold:
                 break
@@ -88,21 +90,23 @@ def _profile(problem: Problem, j: int, threshold: float, progress: Progress) -> 
 
 
 def _walk(
-    problem: Problem, j: int, sign: float, threshold: float, least: float, progress: Progress
+    problem: Problem, j: int, sign: float, threshold: float, least: float, most: int, progress: Progress
 ) -> Iterator[tuple[float, float]]:
-    """(value, rise of χ²) further and further from the optimum, up to the bound."""
+    """(value, rise of χ²) further and further from the optimum, at ``most`` so many, up to the bound."""
     c = problem.transformation
     key = problem.model.values[problem.free[j]].key
     here = c.to_box(problem.model.vector[list(problem.free)])
     step = _first_step(problem, j)
     others = replace(problem, free=tuple(i for i in problem.free if i != problem.free[j]))
     variables = others.first()
-    for n in range(1, POINTS + 1):
+    for n in range(1, most + 1):
         box = here.copy()
         box[j] = np.clip(here[j] + sign * step, 0.0, 1.0)
         at = float(c.from_box(box)[j])
         held = replace(others, model=problem.model.set({key: at}))
-        optimum = levenberg_marquardt(held, variables, f"profile of {key}", _as_part(progress, n), ITERATIONS, 1e-5)
+        optimum = levenberg_marquardt(
+            held, variables, f"profile of {key}", _as_part(progress, n, most), ITERATIONS, 1e-5
+        )
         if optimum.interrupted:
             raise KeyboardInterrupt
         variables = optimum.variables
@@ -124,9 +128,9 @@ def _first_step(problem: Problem, j: int) -> float:
     return float(np.clip(slope / max(np.linalg.norm(own), 1e-300), 1e-5, 0.1))
 
 
-def _as_part(progress: Progress, n: int) -> Progress:
+def _as_part(progress: Progress, n: int, most: int) -> Progress:
     """The bar shows how many of the points on a side are done."""
-    return lambda label, done, total, rms: progress(label, n - 1, POINTS, rms)
+    return lambda label, done, total, rms: progress(label, n - 1, most, rms)
 
 
 def _crossing(points: list[tuple[float, float]], threshold: float) -> float | None:

@@ -14,7 +14,7 @@ from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.identification.identifiability import Identifiability, identifiability
 from lce_analysis.identification.problem import Problem
 from lce_analysis.identification.uncertainty import calibrated
-from lce_analysis.options import Drive
+from lce_analysis.options import Drive, FitOptions
 from lce_analysis.prediction import predict
 from lce_data import __version__
 from lce_data.run import Run
@@ -27,11 +27,14 @@ Floats = NDArray[np.float64]
 class FitResult:
     """An identified model and what is known of it.
 
+    Attributes
+    ----------
     model : with the values found, their standard errors, and the record of the fit.
     starts_k : start temperature [K] of each run.
     identifiability : of the free parameters, None if the fit was interrupted before it.
     evaluations : simulations of the whole data set.
-    problem : the least squares that it solves, standing at its optimum; what profiles and error bands start from.
+    interrupted : did the user end the fit? Then the model has the best values so far.
+    problem : the least squares that it solves, standing at its optimum; from which profiles and error bands start.
     """
 
     model: Model
@@ -47,27 +50,28 @@ class FitResult:
         problem: Problem,
         runs: Sequence[Run],
         starts_k: Floats,
-        drive: Drive = "model",
+        options: FitOptions = FitOptions(),
         evaluations: int = 0,
         interrupted: bool = False,
     ) -> "FitResult":
         """The result of a problem that stands at its least squares: standard errors, and the record of the fit."""
-        report = None if interrupted else _uncertainty(problem)
+        report = None if interrupted else _uncertainty(problem, options)
         values = _annotated(problem.model, problem, report)
-        record = _record(problem.model, runs, starts_k, drive, report, interrupted)
+        record = _record(problem.model, runs, starts_k, options.drive, report, interrupted)
         return cls(problem.model.with_values(values, record), starts_k, report, evaluations, interrupted, problem)
 
 
-def _uncertainty(problem: Problem) -> Identifiability:
+def _uncertainty(problem: Problem, options: FitOptions) -> Identifiability:
     """Standard errors from the Jacobian at the optimum, each series scaled by its own residual and correlation."""
     variables = problem.first()
     jacobian = calibrated(problem).jacobian(variables, central=True)
     k, c = len(problem.free), problem.transformation
-    natural = jacobian[:, :k] / np.maximum(c.natural_per_free(problem.split(variables)[0]), 1e-9)
+    natural = jacobian[:, :k] / np.maximum(c.natural_per_search(problem.split(variables)[0]), 1e-9)
     if problem.free_starts:
         q, _ = np.linalg.qr(jacobian[:, k:])
         natural -= q @ (q.T @ natural)
-    return identifiability(natural, [problem.model.values[i].key for i in problem.free], c.multiplicative)
+    keys = [problem.model.values[i].key for i in problem.free]
+    return identifiability(natural, keys, c.multiplicative, options.undetermined, options.strong_correlation)
 
 
 def _annotated(model: Model, problem: Problem, report: Identifiability | None) -> tuple[lce_model.Value, ...]:

@@ -14,29 +14,29 @@ from lce_model import Value
 Floats = NDArray[np.float64]
 
 
-class Axis(Protocol):
-    """The scale on which a parameter p is searched: how p and its place on the axis become one another.
+class Scale(Protocol):
+    """The scale on which a parameter p is searched: maps p to its place on the scale, and back.
 
-    ``span`` [axis] is what counts as a large change; ``multiplicative`` whether a step along the axis multiplies p.
+    ``multiplicative`` says whether a step along the scale multiplies p.
     """
 
     multiplicative: bool
 
     def place(self, p: Floats) -> Floats:
-        """Where p (…,) lies on the axis."""
+        """Where p (…,) lies on the scale."""
 
     def value(self, place: Floats) -> Floats:
-        """p at a place (…,) of the axis."""
+        """p at a place (…,) of the scale."""
 
     def slope(self, p: Floats) -> Floats:
-        """dp/d(axis) at p (…,)."""
+        """dp/d(place) at p (…,)."""
 
     def span(self, lower: float, upper: float) -> float:
-        """A large change between two bounds, on the axis."""
+        """What counts as a large change between two bounds, as a distance on the scale."""
 
 
 @dataclass(frozen=True)
-class LinearAxis:
+class LinearScale:
     """p itself; a tenth of the bounds is a large change."""
 
     multiplicative = False
@@ -50,7 +50,7 @@ class LinearAxis:
         return place
 
     def slope(self, p: Floats) -> Floats:
-        """dp/d(axis)."""
+        """dp/d(place)."""
         return np.ones_like(p)
 
     def span(self, lower: float, upper: float) -> float:
@@ -59,7 +59,7 @@ class LinearAxis:
 
 
 @dataclass(frozen=True)
-class LogAxis:
+class LogScale:
     """ln p; an e-fold is a large change."""
 
     multiplicative = True
@@ -73,7 +73,7 @@ class LogAxis:
         return np.exp(place)
 
     def slope(self, p: Floats) -> Floats:
-        """dp/d(axis)."""
+        """dp/d(place)."""
         return p
 
     def span(self, lower: float, upper: float) -> float:
@@ -82,7 +82,7 @@ class LogAxis:
 
 
 @dataclass(frozen=True)
-class AsinhAxis:
+class AsinhScale:
     """asinh(p/knee), linear around zero and logarithmic beyond the knee, for strengths that may vanish."""
 
     knee: float
@@ -97,7 +97,7 @@ class AsinhAxis:
         return self.knee * np.sinh(place)
 
     def slope(self, p: Floats) -> Floats:
-        """dp/d(axis)."""
+        """dp/d(place)."""
         return np.hypot(p, self.knee)
 
     def span(self, lower: float, upper: float) -> float:
@@ -105,22 +105,22 @@ class AsinhAxis:
         return 1.0
 
 
-def axis_of(value: Value) -> Axis:
-    """The axis that a parameter asks for by its scale."""
+def scale_of(value: Value) -> Scale:
+    """The scale on which a parameter asks to be searched."""
     if value.parameter.scale == "log":
-        return LogAxis()
-    return AsinhAxis(value.parameter.knee) if value.parameter.knee > 0.0 else LinearAxis()
+        return LogScale()
+    return AsinhScale(value.parameter.knee) if value.parameter.knee > 0.0 else LinearScale()
 
 
 @dataclass(frozen=True)
 class Transformation:
     """Maps between parameters p, the unit box u and unbounded search variables z, each of shape (…, k).
 
-    u is linear in the axis of a parameter; z = arcsin(2u - 1), the transformation that MINUIT uses, turns
+    u is linear in the place on the scale of a parameter; z = arcsin(2u - 1), the transformation that MINUIT uses, turns
     Levenberg–Marquardt into a method that keeps to the bounds.
     """
 
-    axes: tuple[Axis, ...]
+    scales: tuple[Scale, ...]
     lower: Floats
     upper: Floats
 
@@ -128,31 +128,31 @@ class Transformation:
     def of(cls, values: Sequence[Value]) -> "Transformation":
         """The transformation of these parameters, with their bounds."""
         return cls(
-            tuple(axis_of(v) for v in values), np.array([v.lower for v in values]), np.array([v.upper for v in values])
+            tuple(scale_of(v) for v in values), np.array([v.lower for v in values]), np.array([v.upper for v in values])
         )
 
-    def _each(self, convert: Callable[[Axis, Floats], Floats], values: Floats) -> Floats:
-        """``convert`` of each axis over its column of values (…, k)."""
+    def _each(self, convert: Callable[[Scale, Floats], Floats], values: Floats) -> Floats:
+        """``convert`` of each scale over its column of values (…, k)."""
         out = np.empty(np.shape(values))
-        for i, axis in enumerate(self.axes):
-            out[..., i] = convert(axis, values[..., i])
+        for i, scale in enumerate(self.scales):
+            out[..., i] = convert(scale, values[..., i])
         return out
 
     @cached_property
     def _low(self) -> Floats:
-        return self._each(lambda axis, p: axis.place(p), self.lower)
+        return self._each(lambda scale, p: scale.place(p), self.lower)
 
     @cached_property
     def _span(self) -> Floats:
-        return self._each(lambda axis, p: axis.place(p), self.upper) - self._low
+        return self._each(lambda scale, p: scale.place(p), self.upper) - self._low
 
     def to_box(self, p: Floats) -> Floats:
         """p → u."""
-        return np.asarray((self._each(lambda axis, p: axis.place(p), p) - self._low) / self._span)
+        return np.asarray((self._each(lambda scale, p: scale.place(p), p) - self._low) / self._span)
 
     def from_box(self, u: Floats) -> Floats:
         """u → p, never outside the bounds."""
-        p = self._each(lambda axis, place: axis.value(place), self._low + u * self._span)
+        p = self._each(lambda scale, place: scale.value(place), self._low + u * self._span)
         return np.asarray(np.clip(p, self.lower, self.upper))
 
     def to_search(self, p: Floats) -> Floats:
@@ -167,24 +167,20 @@ class Transformation:
 
     @cached_property
     def natural_unit(self) -> Floats:
-        """What counts as a large change of each axis (k,)."""
-        bounds = zip(self.axes, self.lower.tolist(), self.upper.tolist(), strict=True)
-        return np.array([axis.span(low, high) for axis, low, high in bounds])
-
-    def to_natural(self, p: Floats) -> Floats:
-        """The axis in natural units."""
-        return np.asarray(self._each(lambda axis, p: axis.place(p), p) / self.natural_unit)
+        """What counts as a large change of each parameter (k,), as a distance on its scale."""
+        bounds = zip(self.scales, self.lower.tolist(), self.upper.tolist(), strict=True)
+        return np.array([scale.span(low, high) for scale, low, high in bounds])
 
     def natural_slope(self, p: Floats) -> Floats:
-        """dp/d(natural coordinate) at p."""
-        return np.asarray(self._each(lambda axis, p: axis.slope(p), p) * self.natural_unit)
+        """dp/d(place in natural units) at p."""
+        return np.asarray(self._each(lambda scale, p: scale.slope(p), p) * self.natural_unit)
 
-    def natural_per_free(self, p: Floats) -> Floats:
-        """d(natural coordinate)/dz at p; zero on a bound."""
+    def natural_per_search(self, p: Floats) -> Floats:
+        """d(place in natural units)/dz at p; zero on a bound."""
         u = self.to_box(p)
         return np.asarray(self._span / self.natural_unit * np.sqrt(np.clip(u * (1.0 - u), 0.0, None)))
 
     @property
     def multiplicative(self) -> NDArray[np.bool_]:
-        """Whether a step along the axis multiplies the parameter (k,)."""
-        return np.array([axis.multiplicative for axis in self.axes], dtype=np.bool_)
+        """Whether a step along the scale multiplies the parameter (k,)."""
+        return np.array([scale.multiplicative for scale in self.scales], dtype=np.bool_)

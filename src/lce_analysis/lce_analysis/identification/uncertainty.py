@@ -4,6 +4,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from statistics import NormalDist
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,9 @@ from lce_data.run import Run
 
 Floats = NDArray[np.float64]
 
-LOOSEST = 2.0
-"""Standard deviation of z at which a direction of the search is as good as free: z covers its bounds in π."""
+LOOSEST: Final = 2.0
+"""Standard deviation of z at which a direction of the search is as good as free: z covers its bounds in π, whatever the
+parameter, so a larger one would mean nothing."""
 
 
 def correlation_time(residual: Floats) -> float:
@@ -41,11 +43,11 @@ def calibrated(problem: Problem) -> Problem:
     """
     problem = without_discontinuities(problem)
     residual, begin, observed = problem.residuals(problem.first()), 0, []
-    for b in problem.observed:
-        part = residual[begin : begin + b.size]
-        begin += b.size
+    for series in problem.observed:
+        part = residual[begin : begin + series.size]
+        begin += series.size
         scale = float(np.sqrt(np.mean(part**2) * correlation_time(part)))
-        observed.append(replace(b, weight=b.weight / max(scale, 1e-300)))
+        observed.append(replace(series, weight=series.weight / max(scale, 1e-300)))
     return replace(problem, observed=tuple(observed))
 
 
@@ -94,7 +96,7 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
 
 
 def _covariance(problem: Problem) -> Floats:
-    """Of the free parameters in their unbounded coordinates (k, k), the start temperatures left open."""
+    """Covariance (k, k) of the free parameters as search variables, the start temperatures left open."""
     k = len(problem.free)
     jacobian = problem.jacobian(problem.first(), central=True)
     own = jacobian[:, :k]
