@@ -17,11 +17,11 @@ TIERS = ("ros", "system", "slow")
 
 
 @pytest.fixture
-def bench() -> "Iterator[Graph]":
+def graph() -> "Iterator[Graph]":
     """A ROS graph in a domain of its own."""
-    from lce_ros.testing import graph
+    from lce_ros.testing import open_graph
 
-    with graph() as g:
+    with open_graph() as g:
         yield g
 
 
@@ -36,7 +36,7 @@ def _tier(item: pytest.Item) -> str:
             return tier
     if item.path.is_relative_to(SYSTEM):
         return "system"
-    if "bench" in getattr(item, "fixturenames", ()):
+    if "graph" in getattr(item, "fixturenames", ()):
         return "ros"
     return "system" if item.get_closest_marker("alone") else "pure"
 

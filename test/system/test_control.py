@@ -20,8 +20,7 @@ from lce_experiment import config, registry
 from lce_experiment.runners.lockstep import Lockstep
 from lce_model import default_model, save_model
 from lce_ros.conversions import from_stamp, to_stamp
-from lce_ros.testing import Graph, Heard
-from lce_ros.testing import graph as ros_graph
+from lce_ros.testing import Graph, Received, open_graph
 
 TARGET_M = 1.5e-3
 STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0})
@@ -53,16 +52,16 @@ class Bench:
             "sim/displacement": Float64,
             "temperature_setpoint": Temperature,
         }
-        self.heard = {topic: g.hear(kind, topic, self.operator) for topic, kind in topics.items()}
-        self.diagnostics: Heard = g.hear(DiagnosticArray, "/diagnostics", self.operator)
+        self.received = {topic: g.collect(kind, topic, self.operator) for topic, kind in topics.items()}
+        self.diagnostics: Received = g.collect(DiagnosticArray, "/diagnostics", self.operator)
         self.steps = Lockstep(g.nodes)
 
     def follow(self, target_m: float, duration_s: float) -> np.ndarray:
         """Set a target; the displacement [m] at 100 Hz from then on."""
-        before = len(self.heard["sim/displacement"])
+        before = len(self.received["sim/displacement"])
         self.targets.publish(Float64(data=target_m))
         self.wait(duration_s)
-        return np.array(self.heard["sim/displacement"].data[before:])
+        return np.array(self.received["sim/displacement"].data[before:])
 
     def wait(self, duration_s: float) -> None:
         """Let simulated time pass."""
@@ -84,44 +83,44 @@ def control(g: Graph, mode: str, folder: Path, **parameters: dict[str, Any]) -> 
 
 
 @pytest.mark.parametrize("mode", registry.CONTROLLERS)
-def test_a_target_is_reached_and_held(bench: Graph, tmp_path: Path, mode: str) -> None:
-    with control(bench, mode, tmp_path) as b:
+def test_a_target_is_reached_and_held(graph: Graph, tmp_path: Path, mode: str) -> None:
+    with control(graph, mode, tmp_path) as b:
         d = b.follow(TARGET_M, 60.0)
-        power = np.array(b.heard["laser/power"].data)
+        power = np.array(b.received["laser/power"].data)
     assert np.sqrt(np.mean((d[4000:] / TARGET_M - 1.0) ** 2)) < 0.05
     assert power.max() <= 2.0 and power[-1] > 0.0
 
 
 @pytest.mark.parametrize("mode", registry.CONTROLLERS)
-def test_the_same_seed_gives_the_same_loop(bench: Graph, tmp_path: Path, mode: str) -> None:
+def test_the_same_seed_gives_the_same_loop(graph: Graph, tmp_path: Path, mode: str) -> None:
     powers = []
-    with ros_graph() as other:
-        for g in (bench, other):
+    with open_graph() as other:
+        for g in (graph, other):
             with control(g, mode, tmp_path) as b:
                 b.follow(TARGET_M, 5.0)
                 b.follow(0.8e-3, 5.0)
-                powers.append(b.heard["laser/power"].data)
+                powers.append(b.received["laser/power"].data)
     assert powers[0] == powers[1] and max(powers[0]) > 0.5
 
 
-def test_setpoint_and_command_come_in_100_hz_and_in_the_tick_of_the_sensor(bench: Graph, tmp_path: Path) -> None:
-    with control(bench, "double", tmp_path) as b:
+def test_setpoint_and_command_come_in_100_hz_and_in_the_tick_of_the_sensor(graph: Graph, tmp_path: Path) -> None:
+    with control(graph, "double", tmp_path) as b:
         b.follow(TARGET_M, 2.0)
-        times = {name: np.array(heard.times_s[-150:]) for name, heard in b.heard.items()}
+        times = {name: np.array(received.times_s[-150:]) for name, received in b.received.items()}
     for name in ("temperature_setpoint", "laser/power_command"):
         np.testing.assert_allclose(times[name], times["sim/displacement"], atol=1e-9)
-    stamps = [from_stamp(m.header.stamp) for m in b.heard["temperature_setpoint"].messages[-150:]]
+    stamps = [from_stamp(m.header.stamp) for m in b.received["temperature_setpoint"].messages[-150:]]
     np.testing.assert_allclose(stamps, times["temperature_setpoint"], atol=1e-6)
 
 
 @pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_a_target_out_of_reach_is_refused_with_the_range_and_the_last_one_stays(
-    bench: Graph, tmp_path: Path, mode: str, capfd: pytest.CaptureFixture[str]
+    graph: Graph, tmp_path: Path, mode: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     [node] = [spec.name for spec in registry.CONTROLLERS[mode] if spec in registry.TARGET_LISTENERS]
-    with control(bench, mode, tmp_path) as b:
+    with control(graph, mode, tmp_path) as b:
         b.follow(9.0e-3, 2.0)
-        assert set(b.heard["laser/power"].data) == {0.0}
+        assert set(b.received["laser/power"].data) == {0.0}
         assert "9.000 mm is out of reach" in b.said(node)[-1] and "there is no target" in b.said(node)[-1]
         lower, upper = map(float, re.findall(r"(-?\d+\.\d+) to (\d+\.\d+) mm", b.said(node)[-1])[0])
         assert lower < 0.1 and 2.0 < upper < 6.0
@@ -136,14 +135,14 @@ def test_a_target_out_of_reach_is_refused_with_the_range_and_the_last_one_stays(
 
 @pytest.mark.parametrize("mode", ["double", "model"])
 @pytest.mark.parametrize("silent", ["distance_sensor", "thermal_camera"])
-def test_without_a_fresh_measurement_zero_is_commanded(bench: Graph, tmp_path: Path, silent: str, mode: str) -> None:
-    with control(bench, mode, tmp_path) as b:
+def test_without_a_fresh_measurement_zero_is_commanded(graph: Graph, tmp_path: Path, silent: str, mode: str) -> None:
+    with control(graph, mode, tmp_path) as b:
         b.follow(TARGET_M, 3.0)
-        assert b.heard["laser/power_command"].data[-1] > 0.0
+        assert b.received["laser/power_command"].data[-1] > 0.0
         b.nodes[silent].set_parameters([Parameter("latency_s", value=1.0)])
-        before = len(b.heard["laser/power_command"])
+        before = len(b.received["laser/power_command"])
         b.wait(0.5)
-        commands = b.heard["laser/power_command"].data[before:]
+        commands = b.received["laser/power_command"].data[before:]
     dark = commands.index(0.0)
     assert dark <= 22 and set(commands[dark:]) == {0.0}
     assert len(commands) >= 47, "100 Hz all the same"
@@ -153,36 +152,38 @@ def test_without_a_fresh_measurement_zero_is_commanded(bench: Graph, tmp_path: P
     ("setpoint_c", "ahead_s", "lit"),
     [(80.0, 0.0, True), (math.inf, 0.0, False), (math.nan, 0.0, False), (80.0, 60.0, False)],
 )
-def test_nonsense_at_the_inner_loop_is_zero_power(bench: Graph, setpoint_c: float, ahead_s: float, lit: bool) -> None:
+def test_nonsense_at_the_inner_loop_is_zero_power(graph: Graph, setpoint_c: float, ahead_s: float, lit: bool) -> None:
     """A setpoint that is no number, or a temperature of another clock's future, which would never become stale."""
-    bench.add(registry.INNER.load(), sim_time=True)
-    operator = bench.probe("operator", sim_time=True)
+    graph.add(registry.INNER.load(), sim_time=True)
+    operator = graph.probe("operator", sim_time=True)
     setpoints, camera = (operator.advertise(Temperature, topic) for topic in ("temperature_setpoint", "temperature"))
-    commands = bench.hear(Float64, "laser/power_command", operator)
+    commands = graph.collect(Float64, "laser/power_command", operator)
 
     def publish() -> None:
         measured = Temperature(temperature=28.0)
-        measured.header.stamp = to_stamp(bench.time_s + ahead_s)
+        measured.header.stamp = to_stamp(graph.time_s + ahead_s)
         camera.publish(measured)
         setpoints.publish(Temperature(temperature=setpoint_c))
 
-    bench.lockstep(20, publish)
+    graph.lockstep(20, publish)
     assert len(commands) >= 15 and (commands.data[-1] > 0.0) is lit
 
 
-def test_gains_are_live_within_their_ranges_and_do_not_move_the_command(bench: Graph, tmp_path: Path) -> None:
+def test_gains_are_live_within_their_ranges_and_do_not_move_the_command(graph: Graph, tmp_path: Path) -> None:
     calm = {
         "outer_controller": {"kp": 3000.0, "ki": 1500.0, "kd": 0.0},
         "inner_controller": {"kp": 1.0, "ki": 0.1, "kd": 0.0},
     }
-    with control(bench, "double", tmp_path, **calm) as b:
+    with control(graph, "double", tmp_path, **calm) as b:
         b.follow(TARGET_M, 20.0)
         inner = b.nodes["inner_controller"]
-        last = b.heard["laser/power_command"].data[-1]
+        last = b.received["laser/power_command"].data[-1]
         [result] = inner.set_parameters([Parameter("kp", value=0.3)])
         assert result.successful
         b.wait(0.01)
-        assert b.heard["laser/power_command"].data[-1] == pytest.approx(last, abs=0.02), "0.3 W/K would be 0.5 W less"
+        assert b.received["laser/power_command"].data[-1] == pytest.approx(last, abs=0.02), (
+            "0.3 W/K would be 0.5 W less"
+        )
         for name, value in (("kp", -1.0), ("n", 0.0), ("filter_s", 60.0), ("max_power_w", math.nan)):
             [result] = inner.set_parameters([Parameter(name, value=value)])
             assert not result.successful and name in result.reason
@@ -190,9 +191,9 @@ def test_gains_are_live_within_their_ranges_and_do_not_move_the_command(bench: G
         assert "W/(K s)" in descriptor.description and descriptor.floating_point_range[0].from_value == 0.0
 
 
-def test_the_actual_branch_is_that_of_the_way_the_strip_has_come(bench: Graph, tmp_path: Path) -> None:
+def test_the_actual_branch_is_that_of_the_way_the_strip_has_come(graph: Graph, tmp_path: Path) -> None:
     """After the strip was hot, the same displacement is found at a lower temperature."""
-    with control(bench, "double", tmp_path) as b:
+    with control(graph, "double", tmp_path) as b:
         asked = []
         for target_m in (1.0e-3, 2.2e-3, 1.0e-3):
             b.follow(target_m, 15.0)
@@ -201,8 +202,8 @@ def test_the_actual_branch_is_that_of_the_way_the_strip_has_come(bench: Graph, t
     assert asked[2] < asked[0] - 2.0 < asked[1]
 
 
-def test_by_the_model_targets_are_met_from_either_side_within_one_percent(bench: Graph, tmp_path: Path) -> None:
-    with control(bench, "model", tmp_path) as b:
+def test_by_the_model_targets_are_met_from_either_side_within_one_percent(graph: Graph, tmp_path: Path) -> None:
+    with control(graph, "model", tmp_path) as b:
         for target_m in (2.0e-3, 1.2e-3, 1.6e-3):
             d = b.follow(target_m, 30.0)
             assert np.abs(d[-500:] / target_m - 1.0).max() < 0.01
@@ -210,8 +211,8 @@ def test_by_the_model_targets_are_met_from_either_side_within_one_percent(bench:
             assert beyond.max() < 0.01 * target_m
 
 
-def test_by_the_model_a_stream_of_targets_is_a_trajectory(bench: Graph, tmp_path: Path) -> None:
-    with control(bench, "model", tmp_path) as b:
+def test_by_the_model_a_stream_of_targets_is_a_trajectory(graph: Graph, tmp_path: Path) -> None:
+    with control(graph, "model", tmp_path) as b:
         b.follow(1.0e-3, 10.0)
         ramp_m = np.linspace(1.0e-3, 2.0e-3, 1000)
         error_m = np.array([b.follow(float(target_m), 0.01)[-1] for target_m in ramp_m]) - ramp_m

@@ -78,7 +78,7 @@ def test_the_stages_follow_one_another_and_no_package_is_forgotten() -> None:
 
 
 @pytest.mark.alone
-def test_the_services_commands_record_an_experiment(tmp_path: Path, bench: Graph) -> None:
+def test_the_services_commands_record_an_experiment(tmp_path: Path, graph: Graph) -> None:
     """As the containers would run them, in a folder where /bench/runs would be."""
 
     def words(name: str) -> list[str]:
@@ -87,11 +87,11 @@ def test_the_services_commands_record_an_experiment(tmp_path: Path, bench: Graph
         return [f"{get_package_prefix(package)}/lib/{package}/{executable}", *found]
 
     def start(name: str, *more: str) -> "subprocess.Popen[str]":
-        environment = os.environ | {"ROS_DOMAIN_ID": str(bench.domain)}
+        environment = os.environ | {"ROS_DOMAIN_ID": str(graph.domain)}
         command = [*words(name), *more]
         with (tmp_path / f"{name}.log").open("w") as log:
             process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=log, stderr=log, text=True)
-        bench.processes.append(process)
+        graph.processes.append(process)
         return process
 
     (tmp_path / "wave.csv").write_text("time_s,power_w\n0.0,0.2\n1.0,0.0\n")

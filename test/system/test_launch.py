@@ -93,12 +93,12 @@ def test_configuration_is_for_nodes_that_exist(file: Path) -> None:
 
 
 @pytest.mark.parametrize("spec", [*registry.BENCH, *CONTROLLERS], ids=lambda spec: spec.name)
-def test_configured_parameters_are_declared_and_accepted(bench: Graph, spec: registry.NodeSpec) -> None:
+def test_configured_parameters_are_declared_and_accepted(graph: Graph, spec: registry.NodeSpec) -> None:
     parameters: dict[str, Any] = {}
     for name in ("bench.yaml", "simulated.yaml", "control.yaml"):
         content = yaml.safe_load((BRINGUP / "config" / name).read_text(encoding="utf-8"))
         parameters |= content.get(f"/**/{spec.name}", {}).get("ros__parameters", {})
-    node = bench.add(spec.load(), **parameters)
+    node = graph.add(spec.load(), **parameters)
     for name, value in parameters.items():
         assert node.get_parameter(name).value == value
 
@@ -124,7 +124,7 @@ def test_the_launch_file_of_control_knows_every_mode() -> None:
 
 @pytest.mark.alone
 @needs_launch
-def test_an_experiment_is_launched_and_recorded(bench: Graph, tmp_path: Path) -> None:
+def test_an_experiment_is_launched_and_recorded(graph: Graph, tmp_path: Path) -> None:
     """`ros2 launch` for real: the bench comes up, plays, and goes down with a finished bag."""
     import os
 
@@ -136,7 +136,7 @@ def test_an_experiment_is_launched_and_recorded(bench: Graph, tmp_path: Path) ->
         capture_output=True,
         text=True,
         timeout=90,
-        env=os.environ | {"ROS_DOMAIN_ID": str(bench.domain)},
+        env=os.environ | {"ROS_DOMAIN_ID": str(graph.domain)},
         check=False,
     )
     assert done.returncode == 0, done.stderr

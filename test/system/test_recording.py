@@ -42,10 +42,10 @@ sys.exit(run(Publisher))
 """
 
 
-def _start(bench: Graph, folder: Path, topics: int = 1, **parameters: str) -> "subprocess.Popen[str]":
+def _start(graph: Graph, folder: Path, topics: int = 1, **parameters: str) -> "subprocess.Popen[str]":
     """A recorder of topic0, topic1, ... that is ready to record."""
     names = ", ".join(f"topic{k} std_msgs/msg/Float64" for k in range(topics))
-    return bench.start(RECORDER, out=str(folder), topics=f"[{names}]", **parameters)
+    return graph.start(RECORDER, out=str(folder), topics=f"[{names}]", **parameters)
 
 
 def _finish(process: "subprocess.Popen[str]") -> None:
@@ -59,9 +59,9 @@ def _size(folder: Path) -> int:
     return file.stat().st_size if file.exists() else 0
 
 
-def test_nothing_is_dropped_on_five_topics_at_100_hz(bench: Graph, tmp_path: Path) -> None:
-    recorder = _start(bench, tmp_path / "bag", topics=5)
-    publisher = bench.start("", code=PUBLISHER, count="5")
+def test_nothing_is_dropped_on_five_topics_at_100_hz(graph: Graph, tmp_path: Path) -> None:
+    recorder = _start(graph, tmp_path / "bag", topics=5)
+    publisher = graph.start("", code=PUBLISHER, count="5")
     until(lambda: _size(tmp_path / "bag") > 200_000, "6 s of recording")
     _finish(publisher)
     _finish(recorder)
@@ -73,12 +73,12 @@ def test_nothing_is_dropped_on_five_topics_at_100_hz(bench: Graph, tmp_path: Pat
     assert set(experiment(tmp_path / "bag")["lost"].values()) == {0}
 
 
-def test_a_killed_recorder_loses_less_than_a_second(bench: Graph, tmp_path: Path) -> None:
+def test_a_killed_recorder_loses_less_than_a_second(graph: Graph, tmp_path: Path) -> None:
     bag = tmp_path / "bag"
-    recorder = _start(bench, bag)
-    node = bench.probe()
+    recorder = _start(graph, bag)
+    node = graph.probe()
     out = node.advertise(Float64, "topic0")
-    bench.until(out.get_subscription_count)
+    graph.until(out.get_subscription_count)
     sent = 0
 
     def send() -> None:
@@ -87,8 +87,8 @@ def test_a_killed_recorder_loses_less_than_a_second(bench: Graph, tmp_path: Path
         out.publish(Float64(data=float(sent)))
 
     node.every(0.01, send)
-    bench.until(lambda: _size(bag) > 12_000 and sent % 10 == 7, what="recording")
-    bench.kill(recorder)
+    graph.until(lambda: _size(bag) > 12_000 and sent % 10 == 7, what="recording")
+    graph.kill(recorder)
     state = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["custom_data"]
     assert state == {"lce_state": "recording"}
     done = lce("repair", str(bag))
@@ -99,12 +99,12 @@ def test_a_killed_recorder_loses_less_than_a_second(bench: Graph, tmp_path: Path
     assert repair(bag).original is None
 
 
-def test_times_are_those_of_receipt_and_of_the_source(bench: Graph, tmp_path: Path) -> None:
+def test_times_are_those_of_receipt_and_of_the_source(graph: Graph, tmp_path: Path) -> None:
     from mcap.reader import make_reader
 
-    recorder = _start(bench, tmp_path / "bag")
-    out = bench.probe().advertise(Float64, "topic0")
-    bench.until(out.get_subscription_count)
+    recorder = _start(graph, tmp_path / "bag")
+    out = graph.probe().advertise(Float64, "topic0")
+    graph.until(out.get_subscription_count)
     clock = Clock(clock_type=ClockType.SYSTEM_TIME)
     before = clock.now().nanoseconds
     for k in range(10):
@@ -118,9 +118,9 @@ def test_times_are_those_of_receipt_and_of_the_source(bench: Graph, tmp_path: Pa
     assert all(before <= m.publish_time <= after and m.log_time >= m.publish_time for m in messages)
 
 
-def test_the_quality_of_service_of_the_publisher_is_kept(bench: Graph, tmp_path: Path) -> None:
-    recorder = bench.start(RECORDER, out=str(tmp_path / "bag"))
-    out = bench.probe().advertise(Float64, "target_displacement", latched=True)
+def test_the_quality_of_service_of_the_publisher_is_kept(graph: Graph, tmp_path: Path) -> None:
+    recorder = graph.start(RECORDER, out=str(tmp_path / "bag"))
+    out = graph.probe().advertise(Float64, "target_displacement", latched=True)
     out.publish(Float64(data=0.001))
     file = tmp_path / "bag" / "recording.mcap"
     until(lambda: file.exists() and b"/lce/target_displacement" in file.read_bytes(), "the latched message")
@@ -142,17 +142,17 @@ def test_the_quality_of_service_of_the_publisher_is_kept(bench: Graph, tmp_path:
     ],
 )
 def test_a_bad_parameter_is_one_line_and_nothing_is_written(
-    bench: Graph, tmp_path: Path, parameters: dict[str, str], said: str
+    graph: Graph, tmp_path: Path, parameters: dict[str, str], said: str
 ) -> None:
-    recorder = bench.start(RECORDER, out=str(tmp_path / "bag"), **parameters)
+    recorder = graph.start(RECORDER, out=str(tmp_path / "bag"), **parameters)
     _, errors = recorder.communicate(timeout=10)
     assert recorder.returncode == 1
     assert said in errors and errors.strip().count("\n") == 0
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_existing_folder_is_left_alone(bench: Graph, tmp_path: Path) -> None:
-    recorder = bench.start(RECORDER, out=str(tmp_path))
+def test_an_existing_folder_is_left_alone(graph: Graph, tmp_path: Path) -> None:
+    recorder = graph.start(RECORDER, out=str(tmp_path))
     _, errors = recorder.communicate(timeout=10)
     assert recorder.returncode == 1 and "exists already" in errors
     assert list(tmp_path.iterdir()) == []

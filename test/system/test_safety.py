@@ -23,8 +23,7 @@ from std_srvs.srv import Trigger
 
 from lce_experiment import registry
 from lce_ros.conversions import from_stamp
-from lce_ros.testing import Graph
-from lce_ros.testing import graph as ros_graph
+from lce_ros.testing import Graph, open_graph
 
 pytestmark = pytest.mark.alone
 
@@ -48,9 +47,9 @@ IN_A_RUN = (registry.PLAYER, registry.RECORDER, registry.SENSORS[-1])
 class Light:
     """The power that the laser publishes, with its times."""
 
-    def __init__(self, bench: Graph) -> None:
-        self.bench = bench
-        self.node = bench.probe("watcher")
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.node = graph.probe("watcher")
         self.samples: list[tuple[float, float]] = []
         self.node.create_subscription(Float64, "laser/power", self._keep, QoSProfile(depth=100))
         self.on()
@@ -66,13 +65,13 @@ class Light:
             return len(recent) == 50 and all(power > 0.0 for _, power in recent)
 
         self.samples.clear()
-        self.bench.until(steady, 40.0, "half a second of light")
+        self.graph.until(steady, 40.0, "half a second of light")
 
     def after(self, kill: Callable[[], object]) -> float:
         """How long there was light after ``kill`` [s]; dark for half a second then, if the laser still speaks."""
         killed_s = time.time()
         kill()
-        self.bench.spin_for(0.7)
+        self.graph.spin_for(0.7)
         lit = [t for t, power in self.samples if power > 0.0]
         assert not any(power > 0.0 for t, power in self.samples if t > killed_s + 0.5), "it stays dark"
         return max(lit) - killed_s
@@ -81,46 +80,46 @@ class Light:
 class ControlledStrip:
     """The nodes of a mode of control as processes, chasing a target."""
 
-    def __init__(self, bench: Graph, mode: str) -> None:
-        self.bench = bench
+    def __init__(self, graph: Graph, mode: str) -> None:
+        self.graph = graph
         self.specs = {spec.name: spec for spec in (*registry.BENCH, *registry.CONTROLLERS[mode])}
         self.processes: dict[str, subprocess.Popen[str]] = {}
-        operator = bench.probe("operator")
+        operator = graph.probe("operator")
         self.reset = operator.create_client(Trigger, "laser/reset")
         self.target = operator.advertise(Float64, "target_displacement", latched=True)
         self.target.publish(Float64(data=TARGET_M))
         self.mend()
-        self.light = Light(bench)
+        self.light = Light(graph)
 
     def mend(self) -> None:
         """Start what does not run."""
         for name, spec in self.specs.items():
             if name not in self.processes or self.processes[name].poll() is not None:
-                self.processes[name] = self.bench.start(spec.module, **GAINS.get(name, {}))
+                self.processes[name] = self.graph.start(spec.module, **GAINS.get(name, {}))
 
     def relight(self) -> None:
         """Start what was killed, clear the fault that it left, and wait for light."""
         self.mend()
-        self.bench.until(self._cleared, 30.0, "a laser without a fault")
+        self.graph.until(self._cleared, 30.0, "a laser without a fault")
         self.light.on()
 
     def _cleared(self) -> bool:
         if not self.reset.service_is_ready():
             return False
         answer = self.reset.call_async(Trigger.Request())
-        self.bench.until(answer.done)
+        self.graph.until(answer.done)
         return bool(answer.result().success)
 
 
 @pytest.mark.parametrize("mode", ["single", "model"])
-def test_the_end_of_a_controller_by_itself_is_zero_power(bench: Graph, mode: str) -> None:
-    controlled = ControlledStrip(bench, mode)
+def test_the_end_of_a_controller_by_itself_is_zero_power(graph: Graph, mode: str) -> None:
+    controlled = ControlledStrip(graph, mode)
     assert controlled.light.after(lambda: Graph.kill(controlled.processes[f"{mode}_controller"])) < LIMIT_S
 
 
 @pytest.fixture(scope="module")
 def double() -> Iterator[ControlledStrip]:
-    with ros_graph() as g:
+    with open_graph() as g:
         yield ControlledStrip(g, "double")
 
 
@@ -139,9 +138,9 @@ def test_a_killed_camera_is_a_fault_that_only_a_reset_clears(double: ControlledS
     double.relight()
     double.light.after(lambda: Graph.kill(double.processes["thermal_camera"]))
     double.light.samples.clear()
-    readings = double.bench.hear(Temperature, "temperature", double.light.node)
+    readings = double.graph.collect(Temperature, "temperature", double.light.node)
     double.mend()
-    double.bench.until(lambda: len(readings) >= 5, 20.0, "a camera again")
+    double.graph.until(lambda: len(readings) >= 5, 20.0, "a camera again")
     assert len(double.light.samples) > 50 and not any(power for _, power in double.light.samples)
     double.relight()
 
@@ -150,26 +149,26 @@ def test_a_killed_camera_is_a_fault_that_only_a_reset_clears(double: ControlledS
 def test_the_end_of_any_node_of_a_run_is_zero_power(tmp_path: Path, spec: registry.NodeSpec) -> None:
     with started("run", "hold:power=1.0,hold=60,rest=0", "--out", str(tmp_path / "bag")) as run:
         (pid,) = until(lambda: run.processes(spec.module), spec.name)
-        bench = Graph(_domain(pid))
+        graph = Graph(_domain(pid))
         try:
-            light = Light(bench)
+            light = Light(graph)
             lit_s = light.after(lambda: os.kill(pid, signal.SIGKILL))
         finally:
-            bench.close()
+            graph.close()
     assert lit_s < LIMIT_S, f"light for {lit_s * 1e3:.0f} ms after the end of {spec.name}"
 
 
-def test_kill_9_of_the_laser_is_zero_power_at_the_strip(bench: Graph) -> None:
-    laser = bench.start(registry.LASER.module, temperature_required="false")
-    bench.add(registry.SIMULATOR.load())
-    probe = bench.probe()
+def test_kill_9_of_the_laser_is_zero_power_at_the_strip(graph: Graph) -> None:
+    laser = graph.start(registry.LASER.module, temperature_required="false")
+    graph.add(registry.SIMULATOR.load())
+    probe = graph.probe()
     commands = probe.advertise(Float64, "laser/power_command")
     probe.every(0.01, lambda: commands.publish(Float64(data=2.0)))
-    truth = bench.hear(Temperature, "sim/temperature", probe)
-    bench.until(lambda: truth.messages and truth.messages[-1].temperature > 29.0, 20.0, "a warm strip")
+    truth = graph.collect(Temperature, "sim/temperature", probe)
+    graph.until(lambda: truth.messages and truth.messages[-1].temperature > 29.0, 20.0, "a warm strip")
     killed_s = probe.now_s()
-    bench.kill(laser)
-    bench.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, what="cooling")
+    graph.kill(laser)
+    graph.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, what="cooling")
     warmest = max(truth.messages, key=lambda m: m.temperature)
     assert from_stamp(warmest.header.stamp) - killed_s < LIMIT_S
 

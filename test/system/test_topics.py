@@ -63,16 +63,16 @@ def test_every_node_diagnoses_itself(bag: Path) -> None:
 
 
 @pytest.mark.alone
-def test_the_player_waits_for_the_laser_then_plays_and_ends(bench: Graph) -> None:
-    player = bench.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=1,rest=0.5")
-    node = bench.probe("someone_else")
-    power = bench.hear(Float64, "laser/power_command", node)
-    bench.until(lambda: node.count_publishers("laser/power_command"), what="the player")
-    bench.spin_for(0.5)
+def test_the_player_waits_for_the_laser_then_plays_and_ends(graph: Graph) -> None:
+    player = graph.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=1,rest=0.5")
+    node = graph.probe("someone_else")
+    power = graph.collect(Float64, "laser/power_command", node)
+    graph.until(lambda: node.count_publishers("laser/power_command"), what="the player")
+    graph.spin_for(0.5)
     assert len(power) == 0
-    laser = bench.probe("laser")
+    laser = graph.probe("laser")
     laser.listen(Float64, "laser/power_command", lambda message: None)
-    bench.until(lambda: player.poll() is not None, timeout_s=20, what="the end of the player")
+    graph.until(lambda: player.poll() is not None, timeout_s=20, what="the end of the player")
     assert player.returncode == 0
     commands = np.array(power.data)
     assert set(commands) == {0.0, 1.0} and commands[0] == 0 and commands[-1] == 0
@@ -87,8 +87,8 @@ def test_the_player_waits_for_the_laser_then_plays_and_ends(bench: Graph) -> Non
         ({"protocol": "pulse", "patience_s": "0.3"}, "no laser after 0.3 s"),
     ],
 )
-def test_a_player_that_cannot_play_says_why(bench: Graph, parameters: dict[str, str], said: str) -> None:
-    player = bench.start("lce_experiment.nodes.experiment_player_node", **parameters)
+def test_a_player_that_cannot_play_says_why(graph: Graph, parameters: dict[str, str], said: str) -> None:
+    player = graph.start("lce_experiment.nodes.experiment_player_node", **parameters)
     _, errors = player.communicate(timeout=15)
     assert player.returncode == 1
     assert said in errors

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from lce_data.channels import CHANNELS, SENSORS, Channel
 
 COMMAND = "laser/power_command"
+SETPOINT = "temperature_setpoint"
 TARGET = "target_displacement"
+DIAGNOSTICS = "/diagnostics"
 
 
 def simulated_topic(channel: Channel) -> str:
@@ -17,10 +19,10 @@ def simulated_topic(channel: Channel) -> str:
 RECORDED: Mapping[str, str] = {
     COMMAND: "std_msgs/msg/Float64",
     **{channel.topic: channel.message for channel in CHANNELS},
-    "temperature_setpoint": "sensor_msgs/msg/Temperature",
+    SETPOINT: "sensor_msgs/msg/Temperature",
     TARGET: "std_msgs/msg/Float64",
     **{simulated_topic(channel): channel.message for channel in SENSORS},
-    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+    DIAGNOSTICS: "diagnostic_msgs/msg/DiagnosticArray",
 }
 """Message type by topic, of every topic that is recorded by default."""
 

@@ -92,13 +92,13 @@ def test_implausible_frames_are_not_temperatures() -> None:
 
 
 @pytest.mark.usefixtures("camera")
-def test_the_node_publishes_what_the_camera_sees(bench: Graph) -> None:
-    probe = bench.probe()
-    heard = bench.hear(Temperature, "temperature", probe)
+def test_the_node_publishes_what_the_camera_sees(graph: Graph) -> None:
+    probe = graph.probe()
+    received = graph.collect(Temperature, "temperature", probe)
     settings = {"camera": "Aravis-Fake-GV01", "ir_format": "", "packet_size": 9000, "lower_c": -273.15}
-    bench.add(ThermalCamera, device="flir", **{f"flir.{k}": v for k, v in settings.items()})
-    bench.until(lambda: len(heard) >= 5)
-    ages_s = [t - from_stamp(m.header.stamp) for t, m in zip(heard.times_s, heard.messages, strict=True)]
+    graph.add(ThermalCamera, device="flir", **{f"flir.{k}": v for k, v in settings.items()})
+    graph.until(lambda: len(received) >= 5)
+    ages_s = [t - from_stamp(m.header.stamp) for t, m in zip(received.times_s, received.messages, strict=True)]
     assert all(age >= 0.03 for age in ages_s), "stamped with the time of acquisition"
 
 

@@ -203,19 +203,19 @@ def test_a_broken_line_is_a_fault_and_is_connected_again(controller: Controller)
     device.close()
 
 
-def test_the_node_publishes_what_the_controller_shows(controller: Controller, bench: Graph) -> None:
-    probe = bench.probe()
-    heard = bench.hear(Float64, "displacement", probe)
-    bench.add(
+def test_the_node_publishes_what_the_controller_shows(controller: Controller, graph: Graph) -> None:
+    probe = graph.probe()
+    received = graph.collect(Float64, "displacement", probe)
+    graph.add(
         DistanceSensor,
         device="keyence",
         **{"keyence.port": controller.path, "keyence.sign": -1.0, "keyence.timeout_s": 0.2},
     )
-    bench.until(lambda: len(heard) > 5)
-    assert heard.data[-1] == pytest.approx(-73e-6)
+    graph.until(lambda: len(received) > 5)
+    assert received.data[-1] == pytest.approx(-73e-6)
     controller.display = "XXXXXXXX"
     asked = len(controller.asked)
-    bench.until(lambda: len(controller.asked) > asked + 20)
-    count = len(heard)
-    bench.spin_for(0.2)
-    assert len(heard) <= count + 1
+    graph.until(lambda: len(controller.asked) > asked + 20)
+    count = len(received)
+    graph.spin_for(0.2)
+    assert len(received) <= count + 1

@@ -188,43 +188,43 @@ def test_nobody_at_the_address_is_an_error_with_the_address() -> None:
         ModbusRegisters("127.0.0.1", port, 0.1)
 
 
-def started(bench: Graph, device: LabJackEmulator) -> subprocess.Popen[str]:
+def started(graph: Graph, device: LabJackEmulator) -> subprocess.Popen[str]:
     """The laser node as a process, its light on."""
     settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
-    process = bench.start(
+    process = graph.start(
         "lce_drivers.laser.laser_node",
         device="labjack",
         temperature_required="false",
         **{f"labjack.{k}": v for k, v in settings.items()},
     )
-    probe = bench.probe()
+    probe = graph.probe()
     commands = probe.advertise(Float64, "laser/power_command")
     probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
-    bench.until(lambda: device.dac0_v == 2.0, 20.0, "light")
+    graph.until(lambda: device.dac0_v == 2.0, 20.0, "light")
     return process
 
 
-def test_the_node_drives_the_device_and_leaves_it_dark(bench: Graph, device: LabJackEmulator) -> None:
-    process = started(bench, device)
+def test_the_node_drives_the_device_and_leaves_it_dark(graph: Graph, device: LabJackEmulator) -> None:
+    process = started(graph, device)
     process.terminate()
     process.wait(timeout=20)
     assert device.dac0_v == 0.0
     assert process.returncode == 0
 
 
-def test_after_kill_9_the_watchdog_makes_it_dark(bench: Graph, device: LabJackEmulator) -> None:
-    process = started(bench, device)
-    bench.kill(process)
+def test_after_kill_9_the_watchdog_makes_it_dark(graph: Graph, device: LabJackEmulator) -> None:
+    process = started(graph, device)
+    graph.kill(process)
     device.time_s = 1.99
     assert device.dac0_v == 2.0
     device.time_s = 2.01
     assert device.dac0_v == 0.0
 
 
-def test_a_fault_of_the_temperature_is_zero_volts_until_the_reset(bench: Graph, device: LabJackEmulator) -> None:
+def test_a_fault_of_the_temperature_is_zero_volts_until_the_reset(graph: Graph, device: LabJackEmulator) -> None:
     settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
-    bench.add(Laser, device="labjack", **{f"labjack.{k}": v for k, v in settings.items()})
-    probe = bench.probe()
+    graph.add(Laser, device="labjack", **{f"labjack.{k}": v for k, v in settings.items()})
+    probe = graph.probe()
     commands, camera = probe.advertise(Float64, "laser/power_command"), probe.advertise(Temperature, "temperature")
     shown_c = [40.0]
 
@@ -235,62 +235,62 @@ def test_a_fault_of_the_temperature_is_zero_volts_until_the_reset(bench: Graph, 
 
     probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
     probe.every(0.1, show)
-    bench.until(lambda: device.dac0_v == 2.0, what="light")
+    graph.until(lambda: device.dac0_v == 2.0, what="light")
     shown_c[0] = 130.0
-    bench.until(lambda: device.dac0_v == 0.0, what="darkness")
+    graph.until(lambda: device.dac0_v == 0.0, what="darkness")
     shown_c[0] = 40.0
-    bench.spin_for(0.5)
+    graph.spin_for(0.5)
     assert device.dac0_v == 0.0
     reset = probe.create_client(Trigger, "laser/reset")
-    bench.until(reset.service_is_ready)
+    graph.until(reset.service_is_ready)
     answer = reset.call_async(Trigger.Request())
-    bench.until(answer.done)
+    graph.until(answer.done)
     assert answer.result().success
-    bench.until(lambda: device.dac0_v == 2.0, what="light again")
+    graph.until(lambda: device.dac0_v == 2.0, what="light again")
 
 
-def test_a_device_that_is_lost_ends_the_node_with_one_line(bench: Graph, device: LabJackEmulator) -> None:
-    process = started(bench, device)
+def test_a_device_that_is_lost_ends_the_node_with_one_line(graph: Graph, device: LabJackEmulator) -> None:
+    process = started(graph, device)
     del device.registers[1000]
-    bench.until(lambda: process.poll() is not None, 20.0, "the end of the node")
+    graph.until(lambda: process.poll() is not None, 20.0, "the end of the node")
     assert process.returncode == 1
     assert process.stderr is not None
     lines = process.stderr.read().splitlines()
     assert "zero power could not be set" in lines[0] and "register 1000 cannot be written" in lines[-1]
 
 
-def test_a_laser_without_calibration_or_on_simulated_time_does_not_start(bench: Graph) -> None:
+def test_a_laser_without_calibration_or_on_simulated_time_does_not_start(graph: Graph) -> None:
     with pytest.raises(ValueError, match=r"volts_per_watt: 0 V/W"):
-        bench.add(Laser, device="labjack")
+        graph.add(Laser, device="labjack")
     with pytest.raises(ValueError, match="simulated time"):
-        bench.add(Laser, device="labjack", sim_time=True)
+        graph.add(Laser, device="labjack", sim_time=True)
     with pytest.raises(NodeFault, match="does not answer"):
-        bench.add(
+        graph.add(
             Laser,
             device="labjack",
             **{"labjack.host": "127.0.0.1", "labjack.port": 1, "labjack.volts_per_watt": 1.0},
         )
 
 
-def test_the_limit_is_never_above_what_the_device_can_give(bench: Graph, device: LabJackEmulator) -> None:
+def test_the_limit_is_never_above_what_the_device_can_give(graph: Graph, device: LabJackEmulator) -> None:
     settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 10.0, "timeout_s": 0.5}
-    bench.add(
+    graph.add(
         Laser,
         device="labjack",
         temperature_required=False,
         max_power_w=2.0,
         **{f"labjack.{k}": v for k, v in settings.items()},
     )
-    probe = bench.probe()
+    probe = graph.probe()
     commands = probe.advertise(Float64, "laser/power_command")
-    power = bench.hear(Float64, "laser/power", probe)
+    power = graph.collect(Float64, "laser/power", probe)
     probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
-    bench.until(lambda: power.data and power.data[-1] == 0.5)
+    graph.until(lambda: power.data and power.data[-1] == 0.5)
     assert device.dac0_v == 5.0
 
 
 @pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")  # PyGObject's, where Aravis is installed
-def test_hardware_yaml_names_parameters_that_exist(bench: Graph, device: LabJackEmulator) -> None:
+def test_hardware_yaml_names_parameters_that_exist(graph: Graph, device: LabJackEmulator) -> None:
     """A misspelt name in a parameter file is silently ignored by ROS."""
     config = Path(__file__).parents[2] / "lce_bringup" / "config" / "hardware.yaml"
     content = yaml.safe_load(config.read_text(encoding="utf-8"))
@@ -301,7 +301,7 @@ def test_hardware_yaml_names_parameters_that_exist(bench: Graph, device: LabJack
         ("distance_sensor", DistanceSensor, {}),
     ):
         given = dict(flat(content[f"/**/{name}"]["ros__parameters"]))
-        node = bench.add(factory, **given | own)
+        node = graph.add(factory, **given | own)
         assert [parameter for parameter in given if not node.has_parameter(parameter)] == []
 
 

@@ -12,7 +12,7 @@ from std_msgs.msg import Float64
 
 from lce_drivers.laser.laser_node import Laser
 from lce_ros.node import LceNode, NodeFault
-from lce_ros.testing import Graph, Heard
+from lce_ros.testing import Graph, Received
 
 pytestmark = pytest.mark.alone
 
@@ -22,10 +22,10 @@ LASER = "lce_drivers.laser.laser_node"
 class Commander:
     """Commands the laser at 100 Hz and listens to what it makes of it."""
 
-    def __init__(self, bench: Graph, sim_time: bool = False) -> None:
-        self.node: LceNode = bench.probe("commander", sim_time=sim_time)
+    def __init__(self, graph: Graph, sim_time: bool = False) -> None:
+        self.node: LceNode = graph.probe("commander", sim_time=sim_time)
         self.publisher = self.node.advertise(Float64, "laser/power_command")
-        self.power: Heard = bench.hear(Float64, "laser/power", self.node)
+        self.power: Received = graph.collect(Float64, "laser/power", self.node)
         self.command: float | None = None
         self.node.every(0.01, self._tick)
 
@@ -37,126 +37,126 @@ class Commander:
         return self.power.messages[-1].data if self.power.messages else None
 
 
-def shining(bench: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.Popen[str]]:
-    process = bench.start(LASER, temperature_required="false")
-    commander = Commander(bench)
+def shining(graph: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.Popen[str]]:
+    process = graph.start(LASER, temperature_required="false")
+    commander = Commander(graph)
     commander.command = power_w
-    bench.until(lambda: commander.last() == power_w, 20.0, "the laser shining")
+    graph.until(lambda: commander.last() == power_w, 20.0, "the laser shining")
     return commander, process
 
 
-def test_the_laser_follows_in_100_hz(bench: Graph) -> None:
-    commander = Commander(bench, sim_time=True)
-    bench.add(Laser, temperature_required=False, sim_time=True)
+def test_the_laser_follows_in_100_hz(graph: Graph) -> None:
+    commander = Commander(graph, sim_time=True)
+    graph.add(Laser, temperature_required=False, sim_time=True)
     commander.command = 0.5
-    bench.lockstep(102)
+    graph.lockstep(102)
     assert len(commander.power) == 102
     assert commander.power.data[2:] == [0.5] * 100
 
 
-def test_zero_until_the_first_command_and_after_the_last(bench: Graph) -> None:
-    commander = Commander(bench)
-    bench.add(Laser, temperature_required=False)
-    bench.until(lambda: len(commander.power) >= 20)
+def test_zero_until_the_first_command_and_after_the_last(graph: Graph) -> None:
+    commander = Commander(graph)
+    graph.add(Laser, temperature_required=False)
+    graph.until(lambda: len(commander.power) >= 20)
     assert set(commander.power.data) == {0.0}
     commander.command = 1.0
-    bench.until(lambda: commander.last() == 1.0)
+    graph.until(lambda: commander.last() == 1.0)
     commander.command = None
-    bench.until(lambda: commander.last() == 0.0)
+    graph.until(lambda: commander.last() == 0.0)
 
 
-def test_the_time_out_is_exact_in_simulated_time(bench: Graph) -> None:
-    commander = Commander(bench, sim_time=True)
-    bench.add(Laser, temperature_required=False, sim_time=True)
-    bench.until(lambda: commander.publisher.get_subscription_count() == 1)
+def test_the_time_out_is_exact_in_simulated_time(graph: Graph) -> None:
+    commander = Commander(graph, sim_time=True)
+    graph.add(Laser, temperature_required=False, sim_time=True)
+    graph.until(lambda: commander.publisher.get_subscription_count() == 1)
     commander.command = 1.0
-    bench.lockstep(10)
+    graph.lockstep(10)
     commander.command = None
-    bench.lockstep(20)
+    graph.lockstep(20)
     ticks = {round(t * 100): v for t, v in zip(commander.power.times_s, commander.power.data, strict=True)}
     assert [ticks[k] for k in range(1, 31)] == [0.0] + [1.0] * 19 + [0.0] * 10
 
 
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, -0.5])
-def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(bench: Graph, command: float) -> None:
-    commander = Commander(bench)
-    bench.add(Laser, temperature_required=False)
-    told = bench.hear(DiagnosticArray, "/diagnostics", commander.node)
+def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(graph: Graph, command: float) -> None:
+    commander = Commander(graph)
+    graph.add(Laser, temperature_required=False)
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics", commander.node)
     commander.command = 0.5
-    bench.until(lambda: commander.last() == 0.5)
+    graph.until(lambda: commander.last() == 0.5)
     commander.command = command
-    bench.until(lambda: commander.last() == 0.0)
+    graph.until(lambda: commander.last() == 0.0)
     commander.command = 0.25
-    bench.until(lambda: commander.last() == 0.25)
+    graph.until(lambda: commander.last() == 0.25)
 
     def errors() -> list[str]:
-        own = [s for m in told.messages for s in m.status if s.name == "/lce/laser"]
+        own = [s for m in diagnostics.messages for s in m.status if s.name == "/lce/laser"]
         return [s.message for s in own if s.level == b"\x02"]
 
-    bench.until(errors, 3.0, "an error in the diagnostics")
+    graph.until(errors, 3.0, "an error in the diagnostics")
     assert "not a power" in errors()[0]
     assert all(math.isfinite(p) and 0.0 <= p <= 2.0 for p in commander.power.data)
 
 
-def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(bench: Graph) -> None:
-    commander = Commander(bench)
-    laser = bench.add(Laser, temperature_required=False, max_power_w=1.5)
+def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(graph: Graph) -> None:
+    commander = Commander(graph)
+    laser = graph.add(Laser, temperature_required=False, max_power_w=1.5)
     commander.command = 50.0
-    bench.until(lambda: commander.last() == 1.5)
+    graph.until(lambda: commander.last() == 1.5)
     [result] = laser.set_parameters([Parameter("max_power_w", value=0.75)])
     assert result.successful
-    bench.until(lambda: commander.last() == 0.75)
+    graph.until(lambda: commander.last() == 0.75)
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
     [("max_power_w", 11.0), ("max_power_w", math.nan), ("command_timeout_s", 5.0), ("device", "x")],
 )
-def test_parameters_out_of_range_are_refused_live_and_at_the_start(bench: Graph, name: str, value: object) -> None:
-    laser = bench.add(Laser, temperature_required=False)
+def test_parameters_out_of_range_are_refused_live_and_at_the_start(graph: Graph, name: str, value: object) -> None:
+    laser = graph.add(Laser, temperature_required=False)
     [result] = laser.set_parameters([Parameter(name, value=value)])
     assert not result.successful and name in result.reason
     with pytest.raises(ValueError, match=name):
-        Laser(context=bench.context, parameter_overrides=[Parameter(name, value=value)])
+        Laser(context=graph.context, parameter_overrides=[Parameter(name, value=value)])
 
 
-def test_two_commanders_are_reported(bench: Graph) -> None:
-    first, second = Commander(bench), bench.probe("rival")
-    bench.add(Laser, temperature_required=False)
+def test_two_commanders_are_reported(graph: Graph) -> None:
+    first, second = Commander(graph), graph.probe("rival")
+    graph.add(Laser, temperature_required=False)
     second.advertise(Float64, "laser/power_command")
-    told = bench.hear(DiagnosticArray, "/diagnostics", first.node)
-    bench.until(
-        lambda: any("2 nodes command" in s.message for m in told.messages for s in m.status),
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics", first.node)
+    graph.until(
+        lambda: any("2 nodes command" in s.message for m in diagnostics.messages for s in m.status),
         4.0,
         "the report",
     )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_stop_signal_leaves_zero_as_the_last_word_and_status_0(bench: Graph, number: signal.Signals) -> None:
-    commander, process = shining(bench)
+def test_a_stop_signal_leaves_zero_as_the_last_word_and_status_0(graph: Graph, number: signal.Signals) -> None:
+    commander, process = shining(graph)
     process.send_signal(number)
-    bench.until(lambda: commander.last() == 0.0, 20.0, "zero power")
-    bench.until(lambda: process.poll() is not None, 20.0, "the end of the process")
-    bench.spin_for(0.05)
+    graph.until(lambda: commander.last() == 0.0, 20.0, "zero power")
+    graph.until(lambda: process.poll() is not None, 20.0, "the end of the process")
+    graph.spin_for(0.05)
     assert commander.last() == 0.0
     assert process.returncode == 0
     assert process.stderr is not None and process.stderr.read() == ""
 
 
-def test_an_exception_in_a_callback_leaves_zero_and_a_traceback_and_status_1(bench: Graph) -> None:
-    commander, process = shining_then_failing(bench, "raise RuntimeError('burnt')")
+def test_an_exception_in_a_callback_leaves_zero_and_a_traceback_and_status_1(graph: Graph) -> None:
+    commander, process = shining_then_failing(graph, "raise RuntimeError('burnt')")
     assert process.returncode == 1
     assert process.stderr is not None and "RuntimeError: burnt" in process.stderr.read()
     assert commander.last() == 0.0
 
 
-def test_a_shutdown_of_ros_within_the_process_ends_it_in_order(bench: Graph) -> None:
-    _, process = shining_then_failing(bench, "import rclpy; rclpy.shutdown()")
+def test_a_shutdown_of_ros_within_the_process_ends_it_in_order(graph: Graph) -> None:
+    _, process = shining_then_failing(graph, "import rclpy; rclpy.shutdown()")
     assert process.returncode == 0
 
 
-def shining_then_failing(bench: Graph, statement: str) -> tuple[Commander, subprocess.Popen[str]]:
+def shining_then_failing(graph: Graph, statement: str) -> tuple[Commander, subprocess.Popen[str]]:
     """A laser whose own timer runs a statement once it has followed commands for a while."""
     code = f"""
 import sys
@@ -174,27 +174,27 @@ class Failing(Laser):
             {statement}
 sys.exit(run(Failing))
 """
-    process = bench.start(LASER, temperature_required="false", code=code)
-    commander = Commander(bench)
+    process = graph.start(LASER, temperature_required="false", code=code)
+    commander = Commander(graph)
     commander.command = 0.5
-    bench.until(lambda: commander.last() == 0.5, 20.0, "the laser shining")
-    bench.until(lambda: process.poll() is not None, 20.0, "the end of the process")
-    bench.spin_for(0.05)
+    graph.until(lambda: commander.last() == 0.5, 20.0, "the laser shining")
+    graph.until(lambda: process.poll() is not None, 20.0, "the end of the process")
+    graph.spin_for(0.05)
     return commander, process
 
 
-def test_a_clock_that_stands_still_ends_the_node(bench: Graph) -> None:
-    laser = bench.add(Laser, temperature_required=False)
-    bench.spin_for(0.3)
+def test_a_clock_that_stands_still_ends_the_node(graph: Graph) -> None:
+    laser = graph.add(Laser, temperature_required=False)
+    graph.spin_for(0.3)
     for timer in laser.timers:
         if timer.clock is laser.get_clock():
             timer.cancel()
     with pytest.raises(NodeFault, match="clock was set back"):
-        bench.spin_for(2.0)
+        graph.spin_for(2.0)
 
 
-def test_a_bad_parameter_is_one_line_and_status_1(bench: Graph) -> None:
-    process = bench.start(LASER, temperature_required="false", max_power_w=99.0)
+def test_a_bad_parameter_is_one_line_and_status_1(graph: Graph) -> None:
+    process = graph.start(LASER, temperature_required="false", max_power_w=99.0)
     out, error = process.communicate(timeout=20)
     assert process.returncode == 1
     assert out == "" and error.count("\n") == 1

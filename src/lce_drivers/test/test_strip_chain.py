@@ -18,32 +18,32 @@ from lce_drivers.laser.laser_node import Laser
 from lce_drivers.simulation.simulator_node import Simulator
 from lce_model import default_model, simulate
 from lce_ros.conversions import from_stamp
-from lce_ros.testing import Graph, Heard, graph
+from lce_ros.testing import Graph, Received, open_graph
 
 pytestmark = pytest.mark.alone
 
 
 @dataclass
 class Recording:
-    power: Heard
-    temperature: Heard
-    displacement: Heard
-    true_temperature: Heard
-    true_displacement: Heard
+    power: Received
+    temperature: Received
+    displacement: Received
+    true_temperature: Received
+    true_displacement: Received
 
 
-def record(bench: Graph, ticks: int, sim_time: bool = True, **parameters: Any) -> Recording:
+def record(graph: Graph, ticks: int, sim_time: bool = True, **parameters: Any) -> Recording:
     """Half a watt for the first half, 0.1 W for the second, through all four nodes."""
-    bench.add(Laser, sim_time=sim_time)
-    bench.add(Simulator, sim_time=sim_time)
-    bench.add(ThermalCamera, sim_time=sim_time, **parameters)
-    bench.add(DistanceSensor, sim_time=sim_time, **parameters)
-    probe = bench.probe(sim_time=sim_time)
+    graph.add(Laser, sim_time=sim_time)
+    graph.add(Simulator, sim_time=sim_time)
+    graph.add(ThermalCamera, sim_time=sim_time, **parameters)
+    graph.add(DistanceSensor, sim_time=sim_time, **parameters)
+    probe = graph.probe(sim_time=sim_time)
     commands = probe.advertise(Float64, "laser/power_command")
     topics = [(Float64, "laser/power"), (Temperature, "temperature"), (Float64, "displacement")]
     topics += [(Temperature, "sim/temperature"), (Float64, "sim/displacement")]
-    heard = [bench.hear(msg_type, topic, probe) for msg_type, topic in topics]
-    bench.connect()
+    received = [graph.collect(msg_type, topic, probe) for msg_type, topic in topics]
+    graph.connect()
     count = 0
 
     def command() -> None:
@@ -53,14 +53,14 @@ def record(bench: Graph, ticks: int, sim_time: bool = True, **parameters: Any) -
 
     probe.every(0.01, command)
     if sim_time:
-        bench.lockstep(ticks)
+        graph.lockstep(ticks)
     else:
-        bench.until(lambda: count >= ticks, ticks * 0.01 + 5.0)
-    return Recording(*heard)
+        graph.until(lambda: count >= ticks, ticks * 0.01 + 5.0)
+    return Recording(*received)
 
 
-def test_the_measured_strip_is_the_model_plus_the_noise(bench: Graph) -> None:
-    run = record(bench, 1500)
+def test_the_measured_strip_is_the_model_plus_the_noise(graph: Graph) -> None:
+    run = record(graph, 1500)
     power_times = np.round(run.power.times_s, 9)
     model = simulate(default_model(), power_times, run.power.data)
 
@@ -78,8 +78,8 @@ def test_the_measured_strip_is_the_model_plus_the_noise(bench: Graph) -> None:
     assert np.ptp(model.displacement_m) > 1e-4, "the strip moved"
 
 
-def test_the_true_state_is_the_model_to_the_last_digits(bench: Graph) -> None:
-    run = record(bench, 500)
+def test_the_true_state_is_the_model_to_the_last_digits(graph: Graph) -> None:
+    run = record(graph, 500)
     model = simulate(default_model(), np.round(run.power.times_s, 9), run.power.data)
     true_k = np.array([m.temperature for m in run.true_temperature.messages]) + 273.15
     assert np.abs(true_k - model.temperature_k).max() < 1e-9
@@ -87,17 +87,17 @@ def test_the_true_state_is_the_model_to_the_last_digits(bench: Graph) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 7])
-def test_the_same_seed_gives_the_same_recording(bench: Graph, seed: int) -> None:
-    with graph() as other:
-        one, two = record(bench, 300, seed=seed), record(other, 300, seed=seed)
+def test_the_same_seed_gives_the_same_recording(graph: Graph, seed: int) -> None:
+    with open_graph() as other:
+        one, two = record(graph, 300, seed=seed), record(other, 300, seed=seed)
     assert one.displacement.data == two.displacement.data
     assert one.displacement.times_s == two.displacement.times_s
     assert one.temperature.messages == two.temperature.messages
     assert one.power.data == two.power.data
 
 
-def test_real_time_is_simulated_time_within_the_noise(bench: Graph) -> None:
-    run = record(bench, 300, sim_time=False)
+def test_real_time_is_simulated_time_within_the_noise(graph: Graph) -> None:
+    run = record(graph, 300, sim_time=False)
     times = np.array(run.power.times_s)
     model = simulate(default_model(), times, run.power.data)
     displacement = np.interp(run.displacement.times_s, times, model.displacement_m)
@@ -110,40 +110,40 @@ def test_real_time_is_simulated_time_within_the_noise(bench: Graph) -> None:
     assert error_k.std() < 0.1 and abs(error_k.mean()) < 0.05
 
 
-def test_the_strip_is_silent_until_it_has_found_a_laser(bench: Graph) -> None:
-    bench.add(Simulator, sim_time=True)
-    probe = bench.probe(sim_time=True)
-    truth = bench.hear(Float64, "sim/displacement", probe)
-    bench.lockstep(5)
+def test_the_strip_is_silent_until_it_has_found_a_laser(graph: Graph) -> None:
+    graph.add(Simulator, sim_time=True)
+    probe = graph.probe(sim_time=True)
+    truth = graph.collect(Float64, "sim/displacement", probe)
+    graph.lockstep(5)
     assert len(truth) == 0
     laser = probe.advertise(Float64, "laser/power")
-    bench.lockstep(5)
+    graph.lockstep(5)
     assert len(truth) == 5
     probe.destroy_publisher(laser)
-    bench.lockstep(5)
+    graph.lockstep(5)
     assert len(truth) == 10
 
 
-def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(bench: Graph) -> None:
-    probe = bench.probe()
-    bench.add(ThermalCamera)
-    bench.add(DistanceSensor)
+def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(graph: Graph) -> None:
+    probe = graph.probe()
+    graph.add(ThermalCamera)
+    graph.add(DistanceSensor)
     truth = probe.advertise(Float64, "sim/displacement")
-    heard = bench.hear(Float64, "displacement", probe)
-    told = bench.hear(DiagnosticArray, "/diagnostics", probe)
-    bench.until(lambda: truth.get_subscription_count() == 1)
+    received = graph.collect(Float64, "displacement", probe)
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics", probe)
+    graph.until(lambda: truth.get_subscription_count() == 1)
     truth.publish(Float64(data=1e-3))
-    bench.until(lambda: len(heard) == 1)
+    graph.until(lambda: len(received) == 1)
 
     def silent() -> set[str]:
-        return {s.name for m in told.messages for s in m.status if "no reading for" in s.message}
+        return {s.name for m in diagnostics.messages for s in m.status if "no reading for" in s.message}
 
-    bench.until(lambda: silent() == {"/lce/thermal_camera", "/lce/distance_sensor"}, 5.0, "the report of silence")
-    assert len(heard) == 1
+    graph.until(lambda: silent() == {"/lce/thermal_camera", "/lce/distance_sensor"}, 5.0, "the report of silence")
+    assert len(received) == 1
 
 
-def test_noise_and_latency_can_be_changed_live_within_their_ranges(bench: Graph) -> None:
-    sensor = bench.add(DistanceSensor)
+def test_noise_and_latency_can_be_changed_live_within_their_ranges(graph: Graph) -> None:
+    sensor = graph.add(DistanceSensor)
     [result] = sensor.set_parameters([Parameter("noise_rms", value=0.0)])
     assert result.successful
     assert sensor._device._sensor.imperfection.noise_rms == 0.0
@@ -160,21 +160,21 @@ def test_noise_and_latency_can_be_changed_live_within_their_ranges(bench: Graph)
     ],
 )
 def test_a_model_that_does_not_fit_is_one_line_and_status_1(
-    bench: Graph, parameter: dict[str, str], words: tuple[str, ...]
+    graph: Graph, parameter: dict[str, str], words: tuple[str, ...]
 ) -> None:
-    process = bench.start("lce_drivers.simulation.simulator_node", **parameter)
+    process = graph.start("lce_drivers.simulation.simulator_node", **parameter)
     _, error = process.communicate(timeout=30)
     assert process.returncode == 1
     assert error.count("\n") == 1
     assert all(word in error for word in words)
 
 
-def test_every_node_tells_its_state_at_1_hz(bench: Graph) -> None:
-    nodes = [bench.add(n, sim_time=True) for n in (Laser, Simulator, ThermalCamera, DistanceSensor)]
-    told = bench.hear(DiagnosticArray, "/diagnostics", bench.probe(sim_time=True))
-    bench.lockstep(305)
+def test_every_node_tells_its_state_at_1_hz(graph: Graph) -> None:
+    nodes = [graph.add(n, sim_time=True) for n in (Laser, Simulator, ThermalCamera, DistanceSensor)]
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics", graph.probe(sim_time=True))
+    graph.lockstep(305)
     for node in nodes:
-        own = [s for m in told.messages for s in m.status if s.name == node.get_fully_qualified_name()]
+        own = [s for m in diagnostics.messages for s in m.status if s.name == node.get_fully_qualified_name()]
         assert len(own) == 3
         assert own[-1].level == b"\x00"
         assert len(own[-1].values) >= 2

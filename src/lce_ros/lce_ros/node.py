@@ -14,7 +14,6 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.task import Future
@@ -22,9 +21,10 @@ from rclpy.timer import Timer
 from rclpy.utilities import try_shutdown
 
 from lce_data.errors import LceError
+from lce_data.topics import DIAGNOSTICS
 from lce_ros.health import Health, Level
 from lce_ros.parameters import Rule
-from lce_ros.qos import LATCHED, STREAM, deeper
+from lce_ros.qos import LATCHED, STREAM
 from lce_ros.signals import stop_signals
 
 
@@ -66,7 +66,7 @@ class LceNode(Node):
         self._rules: dict[str, Rule] = {}
         self._health = Health(self.get_fully_qualified_name())
         self.add_on_set_parameters_callback(self._check)
-        self._diagnostics = self.advertise(DiagnosticArray, "/diagnostics")
+        self._diagnostics = self.advertise(DiagnosticArray, DIAGNOSTICS)
         self.every(1.0, self._publish_health)
 
     @property
@@ -104,16 +104,9 @@ class LceNode(Node):
         return timer
 
     def listen(
-        self,
-        msg_type: Any,
-        topic: str,
-        callback: Callable[[Any], None],
-        *,
-        latched: bool = False,
-        raw: bool = False,
-        depth: int | None = None,
+        self, msg_type: Any, topic: str, callback: Callable[[Any], None], *, latched: bool = False
     ) -> Subscription:
-        """Subscribe; ``raw`` hands over serialised bytes, a large ``depth`` is for recorders."""
+        """Call back with each message of ``topic``."""
         name = self.resolve_topic_name(topic)
         self.received.setdefault(name, 0)
 
@@ -121,7 +114,7 @@ class LceNode(Node):
             callback(message)
             self.received[name] += 1
 
-        return self.create_subscription(msg_type, topic, receive, _profile(latched, depth), raw=raw)
+        return self.create_subscription(msg_type, topic, receive, LATCHED if latched else STREAM)
 
     def listen_for_errors(self, name: str, callback: Callable[[str], None]) -> None:
         """Call back with each error that the node ``name`` of this namespace reports in /diagnostics."""
@@ -132,11 +125,13 @@ class LceNode(Node):
                 if status.name == full_name and status.level == DiagnosticStatus.ERROR:
                     callback(status.message)
 
-        self.listen(DiagnosticArray, "/diagnostics", look)
+        self.listen(DiagnosticArray, DIAGNOSTICS, look)
 
     def advertise(self, msg_type: Any, topic: str, *, latched: bool = False) -> CountingPublisher:
         """A publisher on ``topic``."""
-        publisher = self.create_publisher(msg_type, topic, _profile(latched, None), publisher_class=CountingPublisher)
+        publisher = self.create_publisher(
+            msg_type, topic, LATCHED if latched else STREAM, publisher_class=CountingPublisher
+        )
         publisher.counts, publisher.counted_as = self.published, publisher.topic_name
         self.published.setdefault(publisher.topic_name, 0)
         return publisher
@@ -201,12 +196,6 @@ class LceNode(Node):
             if rule is not None and (refusal := rule.refusal(parameter.value)) is not None:
                 return SetParametersResult(successful=False, reason=refusal)
         return SetParametersResult(successful=True)
-
-
-def _profile(latched: bool, depth: int | None) -> QoSProfile:
-    if latched:
-        return LATCHED
-    return STREAM if depth is None else deeper(depth)
 
 
 def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> int:

@@ -20,11 +20,12 @@ from rosgraph_msgs.msg import Clock
 from lce_ros.conversions import to_stamp
 from lce_ros.domain import free_domain
 from lce_ros.node import LceNode
+from lce_ros.qos import deeper
 from lce_ros.testing.processes import end, kill, start
 
 
 @dataclass
-class Heard:
+class Received:
     """Messages of a topic with the times [s] at which they came."""
 
     messages: list[Any] = field(default_factory=list)
@@ -68,16 +69,18 @@ class Graph:
         node: LceNode = self.add(lambda **options: LceNode(name, **options), sim_time=sim_time)
         return node
 
-    def hear(self, msg_type: Any, topic: str, node: LceNode) -> Heard:
+    def collect(self, msg_type: Any, topic: str, node: LceNode) -> Received:
         """Collect what is published on ``topic``, stamped with the clock of ``node``."""
-        heard = Heard()
+        received, name = Received(), node.resolve_topic_name(topic)
+        node.received.setdefault(name, 0)
 
         def keep(message: Any) -> None:
-            heard.messages.append(message)
-            heard.times_s.append(node.now_s())
+            received.messages.append(message)
+            received.times_s.append(node.now_s())
+            node.received[name] += 1
 
-        node.listen(msg_type, topic, keep, depth=1000)
-        return heard
+        node.create_subscription(msg_type, topic, keep, deeper(1000))
+        return received
 
     def until(self, condition: Callable[[], Any], timeout_s: float = 10.0, what: str = "the condition") -> Any:
         """Spin until the condition holds; AssertionError after the time-out."""
@@ -153,8 +156,8 @@ class Graph:
 
 
 @contextmanager
-def graph() -> Iterator[Graph]:
-    """A graph in a domain of its own, closed at the end; as a fixture: ``with graph() as g: yield g``."""
+def open_graph() -> Iterator[Graph]:
+    """A graph in a domain of its own, closed at the end; as a fixture: ``with open_graph() as g: yield g``."""
     with free_domain() as domain:
         g = Graph(domain)
         try:
