@@ -100,7 +100,7 @@ def test_a_target_for_which_the_laser_is_too_weak_is_out_of_reach() -> None:
         (["nan"], "out of reach"),
         (["1", "--hold", "0.1"], "--hold 0.1: must be within"),
         (["1", "--gains", "none.yaml"], "none.yaml: no such file"),
-        (["1", "--seed", "-1"], "--seed -1"),
+        (["1", "--seed", "-1"], "seed -1"),
         (["1", "--model", "none.yaml"], "none.yaml"),
     ],
 )

@@ -209,7 +209,7 @@ def test_a_campaign_is_one_bag_for_each_run(
         (["pulse", "--set", "lumped.gian=3"], "unknown parameter 'lumped.gian'"),
         (["pulse", "--set", "lumped.gain"], "not of the form term.param=value"),
         (["pulse", "--model", "none.yaml"], "none.yaml"),
-        (["pulse", "--seed", "-1"], "--seed -1: must be 0 or more"),
+        (["pulse", "--seed", "-1"], "seed -1: must be 0 or more"),
     ],
 )
 def test_a_bad_request_is_one_line_and_nothing_is_written(

@@ -7,6 +7,7 @@ from typing import Final
 from lce_control.filters import Sample
 from lce_control.observer import Observer
 from lce_control.time_optimal import fastest_power_w
+from lce_data.channels import TEMPERATURE
 from lce_model import Model
 
 STREAM_S: Final = 0.05
@@ -42,7 +43,7 @@ class ModelController:
         max_power_w: float = 2.0,
         hottest_k: float = math.inf,
         horizon_s: float = 0.3,
-        camera_noise_k: float = 0.06,
+        camera_noise_k: float = TEMPERATURE.noise,
         bias_s: float = 0.05,
         delay_s: float = 0.0,
     ) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_control.filters import Sample
+from lce_data.channels import TEMPERATURE
 from lce_model import Model, Stepper
 
 START_SIGMA: Final = (0.1, 0.15, 0.05)
@@ -68,7 +69,9 @@ class Observer:
     strip : the estimated strip.
     """
 
-    def __init__(self, model: Model, temperature_k: float, camera_noise_k: float = 0.06, bias_s: float = 0.05) -> None:
+    def __init__(
+        self, model: Model, temperature_k: float, camera_noise_k: float = TEMPERATURE.noise, bias_s: float = 0.05
+    ) -> None:
         self.strip = EstimatedStrip(model, temperature_k)
         self.strip.step(0.0, 0.0)
         self.camera_noise_k, self.bias_s = camera_noise_k, bias_s

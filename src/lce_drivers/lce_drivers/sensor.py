@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readings, what a sensor does on paper, and what a sensor device offers its node."""
+"""Readings, the data sheet of a sensor, and what a sensor device and its node offer each other."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
+
+from lce_data.channels import Channel
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +26,13 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class DataSheet:
-    """What a sensor does on paper; the simulated one does so unless parameters say otherwise.
+    """What its maker says of a sensor; the simulated one is like that unless parameters say otherwise.
 
     Parameters
     ----------
     rate_hz : readings a second [Hz]; infinite: one for each sample of the simulated strip.
     noise_rms : standard deviation of its noise [SI unit of the channel].
-    quantum : step of its digits [SI unit of the channel], 0 for none.
+    quantum : step of its digits [SI unit of the channel]; 0: values are not rounded.
     latency_s : from the acquisition to the reading [s].
     """
 
@@ -47,3 +50,44 @@ class SensorDevice(Protocol):
 
     def close(self) -> None:
         """Let go of the device."""
+
+
+class DeviceNode(Protocol):
+    """The node of a sensor, as a device that does not import it sees it (:class:`lce_drivers.sensor_node.SensorNode`).
+
+    Attributes
+    ----------
+    channel : what the node measures.
+    sheet : the data sheet of its sensor.
+    """
+
+    channel: Channel
+    sheet: DataSheet
+
+    def declare(
+        self,
+        name: str,
+        default: Any,
+        description: str,
+        *,
+        unit: str = "",
+        lower: float | None = None,
+        upper: float | None = None,
+        read_only: bool = False,
+    ) -> Any:
+        """Declare a parameter and return its value."""
+
+    def value(self, name: str) -> Any:
+        """Present value of a declared parameter."""
+
+    def add_post_set_parameters_callback(self, callback: Callable[[Any], None]) -> None:
+        """Call back after parameters were set."""
+
+    def listen(self, msg_type: Any, topic: str, callback: Callable[[Any], None]) -> Any:
+        """Call back with each message of ``topic``."""
+
+    def now_s(self) -> float:
+        """Time [s] of the node's clock."""
+
+    def deliver(self, reading: Reading) -> None:
+        """Publish a reading."""

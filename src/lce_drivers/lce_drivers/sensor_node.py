@@ -19,8 +19,8 @@ class SensorNode(LceNode):
     Parameters
     ----------
     channel : what it measures; topic and message are the channel's.
-    sheet : what the sensor does on paper.
-    devices : the real ones that the parameter ``device`` may name; ``simulated`` is there for every channel.
+    sheet : the data sheet of its sensor.
+    devices : real devices by the name that the parameter ``device`` gives them; every channel also has ``simulated``.
     """
 
     def __init__(

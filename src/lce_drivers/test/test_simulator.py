@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lce_data.errors import LceError
+from lce_data.settings import parse_settings
 from lce_drivers.simulation.strip import Drive, strip_model
 from lce_model import default_model, save_model
 
@@ -69,22 +70,22 @@ def test_a_clock_that_was_set_only_sets_the_time() -> None:
 
 
 def test_settings_change_the_model() -> None:
-    model = strip_model("", ["lumped.gain=40.0", "", " lumped.tau = 12"])
+    model = strip_model("", parse_settings(["lumped.gain=40.0", "", " lumped.tau = 12"]))
     assert (model["lumped.gain"], model["lumped.tau"]) == (40.0, 12.0)
 
 
 @pytest.mark.parametrize("text", ["lumped.gain", "lumped.gain=", "lumped.gain=big", "nothing.like=1.0"])
 def test_a_setting_that_does_not_fit_is_named(text: str) -> None:
     with pytest.raises(LceError, match=text.split("=")[0]):
-        strip_model("", [text])
+        strip_model("", parse_settings([text]))
 
 
 def test_a_setting_outside_its_bounds_names_the_range() -> None:
     with pytest.raises(LceError, match=r"lumped.gain: -1 K/W is outside \["):
-        strip_model("", ["lumped.gain=-1"])
+        strip_model("", {"lumped.gain": -1.0})
 
 
 def test_any_model_file_runs(tmp_path: Path) -> None:
     save_model(default_model(deformation="dynamic").set({"lumped.gain": 55.0}), tmp_path / "m.yaml")
-    model = strip_model(str(tmp_path / "m.yaml"), ["lumped.tau=9"])
+    model = strip_model(tmp_path / "m.yaml", {"lumped.tau": 9.0})
     assert (model.deformation, model["lumped.gain"], model["lumped.tau"]) == ("dynamic", 55.0, 9.0)

@@ -10,15 +10,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from lce_data import experiment_file as experiment
 from lce_data.channels import CHANNELS
 from lce_data.errors import LceError
 from lce_data.progress import Progress
+from lce_data.settings import format_settings
 from lce_data.yaml_text import dump
 from lce_experiment.config import config_file
 from lce_experiment.registry import BENCH, NAMESPACE, PLAYER, RECORDER, SENSORS, SIMULATOR, NodeSpec
+
+RUNS: Final = Path("runs")
+"""The folder of recordings, in the folder where the command was given."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ class Plan:
             self.settings,
             self.conditions,
         )
-        strip: dict[str, Any] = {"set": [f"{key}={value!r}" for key, value in self.settings.items()] or [""]}
+        strip: dict[str, Any] = {"set": format_settings(self.settings) or [""]}
         if self.model is not None:
             strip["model_file"] = str(self.model.resolve())
         own = {
@@ -108,18 +112,23 @@ class Plan:
 
 
 def seeded(seed: int | None) -> int:
-    """The seed asked for, or a new one. Raises LceError for a negative one."""
+    """``seed``, or a new one if it is None. Raises LceError for a negative one."""
     if seed is not None and seed < 0:
-        raise LceError(f"--seed {seed}: must be 0 or more")
+        raise LceError(f"seed {seed}: must be 0 or more")
     return secrets.randbelow(2**31) if seed is None else seed
 
 
-def folders(out: Path | None, name: str, runs: Sequence[str]) -> list[Path]:
-    """Where the runs are recorded: in `out`, or in folders of it if there are several; runs/TIME_NAME by default.
+def new_folder(parent: Path, name: str = "") -> Path:
+    """Where a new recording goes if the user names no folder: ``parent``/DATE-TIME_NAME, in UTC."""
+    return parent / "_".join(word for word in (f"{datetime.now(UTC):%Y%m%d-%H%M%S}", name) if word)
 
-    Raises LceError for one that exists.
+
+def folders(out: Path | None, name: str, runs: Sequence[str]) -> list[Path]:
+    """Where the runs are recorded: in `out`, or in folders of it if there are several; by default a new one in RUNS.
+
+    Raises LceError for a folder that exists.
     """
-    out = out or Path("runs") / f"{datetime.now(UTC):%Y%m%d-%H%M%S}_{name}"
+    out = out or new_folder(RUNS, name)
     places = [out] if len(runs) == 1 else [out / run for run in runs]
     for place in places:
         if place.exists():

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final, cast
+
+if TYPE_CHECKING:  # the command line reads this table without ROS
+    from lce_ros.node import LceNode
 
 NAMESPACE: Final = "/lce"
 
@@ -32,9 +35,9 @@ class NodeSpec:
         """The ROS package that holds its executable."""
         return self.module.partition(".")[0]
 
-    def load(self) -> Any:
+    def load(self) -> Callable[..., LceNode]:
         """The class of the node; its module is imported only now."""
-        return getattr(importlib.import_module(self.module), self.factory)
+        return cast("Callable[..., LceNode]", getattr(importlib.import_module(self.module), self.factory))
 
     @property
     def command(self) -> list[str]:

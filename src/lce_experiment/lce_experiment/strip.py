@@ -9,7 +9,8 @@ from pathlib import Path
 from lce_data.channels import POWER, SENSORS
 from lce_data.errors import LceError
 from lce_data.units import KELVIN
-from lce_model import Model, default_model, load_model
+from lce_drivers.simulation.strip import strip_model
+from lce_model import Model
 
 
 def simulated_strip(model: Path | None, settings: Mapping[str, float]) -> Model:
@@ -17,7 +18,7 @@ def simulated_strip(model: Path | None, settings: Mapping[str, float]) -> Model:
 
     Raises LceError for a strip that the simulator would refuse.
     """
-    strip = (default_model() if model is None else load_model(model)).configured(settings)
+    strip = strip_model(model or "", settings)
     if strip.thermal == "none":
         raise LceError(f"{model}: has no thermal stage; a strip on the bench is driven by laser power")
     return strip

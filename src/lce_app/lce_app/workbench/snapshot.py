@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from lce_data.channels import CHANNELS, DISPLACEMENT, POWER, TEMPERATURE, Channel
-from lce_data.topics import COMMAND, TARGET
+from lce_data.topics import COMMAND, SETPOINT, TARGET
 
 PERIOD_S: Final = 1.0 / 15.0
 WANTED: Final[Mapping[Channel, tuple[str, str]]] = {
-    TEMPERATURE: ("temperature_setpoint", "setpoint"),
+    TEMPERATURE: (SETPOINT, "setpoint"),
     DISPLACEMENT: (TARGET, "target"),
     POWER: (COMMAND, "command"),
 }

@@ -18,7 +18,7 @@ from typing import Any, Final
 from diagnostic_msgs.msg import DiagnosticArray
 
 from lce_app.workbench.snapshot import MONITORED, PERIOD_S, Snapshot
-from lce_data.topics import LATCHED_TOPICS, RECORDED
+from lce_data.topics import DIAGNOSTICS, LATCHED_TOPICS, RECORDED
 from lce_experiment.registry import NAMESPACE
 from lce_experiment.runners.processes import end_with_parent
 from lce_ros.messages import KINDS, MessageKind
@@ -39,7 +39,7 @@ class TopicMonitorNode(LceNode):
         for topic in MONITORED:
             kind = KINDS[RECORDED[topic]]
             self.listen(kind.message, topic, partial(self._receive, topic, kind), latched=topic in LATCHED_TOPICS)
-        self.listen(DiagnosticArray, "/diagnostics", self._receive_diagnostics)
+        self.listen(DiagnosticArray, DIAGNOSTICS, self._receive_diagnostics)
         self.every(PERIOD_S, self._tick)
 
     def _receive(self, topic: str, kind: MessageKind, message: Any) -> None:

@@ -18,6 +18,7 @@ from typing import Any, Final
 
 from sensor_msgs.msg import Temperature
 
+from lce_data.channels import TEMPERATURE
 from lce_data.errors import LceError
 from lce_interfaces.srv import InverseTemperature
 from lce_model import default_model, load_model
@@ -43,7 +44,7 @@ class Feedforward(LceNode):
         self._chart = InverseChart(self._model)
         self._past: deque[tuple[float, float]] = deque(maxlen=HISTORY)
         self._answered = self._refused = 0
-        self.listen(Temperature, "temperature", self._remember)
+        self.listen(Temperature, TEMPERATURE.topic, self._remember)
         self.create_service(InverseTemperature, "inverse_temperature", self._answer)
         self._report_state()
         self.every(1.0, self._report_state)

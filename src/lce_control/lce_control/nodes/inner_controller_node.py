@@ -26,6 +26,8 @@ from lce_control.filters import Sample
 from lce_control.nodes.controller_node import ControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.pid import Gains, Limits
+from lce_data.channels import TEMPERATURE
+from lce_data.topics import COMMAND, SETPOINT
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
 from lce_ros.health import Level
 from lce_ros.node import run
@@ -49,9 +51,9 @@ class InnerController(ControllerNode):
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
         self._setpoint: Sample | None = None
         self._temperature: Sample | None = None
-        self._command = self.advertise(Float64, "laser/power_command")
-        self.listen(Temperature, "temperature", self._take_temperature)
-        self.driven_by(Temperature, "temperature_setpoint", self._take_setpoint)
+        self._command = self.advertise(Float64, COMMAND)
+        self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
+        self.driven_by(Temperature, SETPOINT, self._take_setpoint)
 
     def close(self) -> None:
         """Leave the laser with a zero."""

@@ -30,7 +30,9 @@ from std_msgs.msg import Float64
 from lce_control.filters import Sample
 from lce_control.model_control import ModelController as Controller
 from lce_control.nodes.controller_node import PERIOD_S, ControllerNode
+from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
+from lce_data.topics import COMMAND, TARGET
 from lce_model import default_model, load_model
 from lce_model.inverse import HOTTEST_K, InverseChart
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
@@ -52,8 +54,9 @@ class ModelController(ControllerNode):
                                       lower=0.02, upper=2.0, read_only=True),
             "bias_s": self.declare("bias_s", 0.05, "time constant of the bias of the displacement", unit="s",
                                    lower=0.02, upper=10.0, read_only=True),
-            "camera_noise_k": self.declare("camera_noise_k", 0.06, "standard deviation of the camera's noise",
-                                           unit="K", lower=0.001, upper=5.0, read_only=True),
+            "camera_noise_k": self.declare("camera_noise_k", TEMPERATURE.noise,
+                                           "standard deviation of the camera's noise", unit="K",
+                                           lower=0.001, upper=5.0, read_only=True),
         }  # fmt: skip
         self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
                      lower=0.02, upper=1.0)  # fmt: skip
@@ -70,11 +73,11 @@ class ModelController(ControllerNode):
         self._new: Sample | None = None
         self._temperature: Sample | None = None
         self._applied_w = self._before_w = 0.0
-        self._command = self.advertise(Float64, "laser/power_command")
-        self.listen(Float64, "target_displacement", self._take_target, latched=True)
-        self.listen(Float64, "laser/power", self._take_power)
-        self.listen(Temperature, "temperature", self._take_temperature)
-        self.driven_by(Float64, "displacement", self._take_displacement)
+        self._command = self.advertise(Float64, COMMAND)
+        self.listen(Float64, TARGET, self._take_target, latched=True)
+        self.listen(Float64, POWER.topic, self._take_power)
+        self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
+        self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
 
     def close(self) -> None:
         """Leave the laser with a zero."""

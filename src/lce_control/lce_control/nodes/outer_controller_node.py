@@ -30,8 +30,11 @@ from lce_control.nodes.controller_node import ControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
-from lce_ros.conversions import to_celsius, to_kelvin, to_stamp
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
+from lce_data.topics import SETPOINT
+from lce_ros.conversions import to_celsius, to_kelvin
 from lce_ros.health import Level
+from lce_ros.messages import to_message
 from lce_ros.node import run
 
 TUNED: Final = Gains(kp=39.0, ki=13.0, kd=2.0)
@@ -53,9 +56,9 @@ class OuterController(ControllerNode):
         self._target = TargetTracker(self)
         self._displacement: Sample | None = None
         self._temperature_k = math.nan
-        self._setpoint = self.advertise(Temperature, "temperature_setpoint")
-        self.listen(Temperature, "temperature", self._take_temperature)
-        self.driven_by(Float64, "displacement", self._take_displacement)
+        self._setpoint = self.advertise(Temperature, SETPOINT)
+        self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
+        self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
 
     def step(self, now_s: float) -> None:
         """Publish the setpoint for now."""
@@ -70,10 +73,7 @@ class OuterController(ControllerNode):
             setpoint_k = self._follow(now_s, displacement)
         if self._target.refusal is not None:
             self.report(Level.ERROR, self._target.refusal)
-        message = Temperature(temperature=to_celsius(setpoint_k))
-        message.header.stamp = to_stamp(now_s)
-        message.header.frame_id = "strip"
-        self._setpoint.publish(message)
+        self._setpoint.publish(to_message(TEMPERATURE, setpoint_k, now_s))
 
     def _follow(self, now_s: float, displacement: Sample) -> float:
         target_m, feedforward_k = self._target.target_m, self._target.temperature_k

@@ -26,6 +26,8 @@ from lce_control.nodes.controller_node import ControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
+from lce_data.channels import DISPLACEMENT
+from lce_data.topics import COMMAND
 from lce_ros.health import Level
 from lce_ros.node import run
 
@@ -44,8 +46,8 @@ class SingleController(ControllerNode):
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "m")
         self._target = TargetTracker(self)
         self._displacement: Sample | None = None
-        self._command = self.advertise(Float64, "laser/power_command")
-        self.driven_by(Float64, "displacement", self._take_displacement)
+        self._command = self.advertise(Float64, COMMAND)
+        self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
 
     def close(self) -> None:
         """Leave the laser with a zero."""

@@ -7,6 +7,7 @@ from typing import Final
 from rclpy.task import Future
 from std_msgs.msg import Float64
 
+from lce_data.topics import TARGET
 from lce_interfaces.srv import InverseTemperature
 from lce_ros.conversions import to_kelvin
 from lce_ros.node import LceNode
@@ -35,7 +36,7 @@ class TargetTracker:
         self._asked: Future | None = None
         self._asking_m = math.nan
         self._asked_s = -math.inf
-        node.listen(Float64, "target_displacement", self._take_target, latched=True)
+        node.listen(Float64, TARGET, self._take_target, latched=True)
         self._client = node.create_client(InverseTemperature, "inverse_temperature")
 
     @property

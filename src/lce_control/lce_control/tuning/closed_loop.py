@@ -33,8 +33,8 @@ class Sensors:
     camera_latency_s : time from an image to its arrival [s].
     """
 
-    distance_noise_m: float = 4e-6
-    camera_noise_k: float = 0.06
+    distance_noise_m: float = DISPLACEMENT.noise
+    camera_noise_k: float = TEMPERATURE.noise
     camera_period_s: float = 0.1
     camera_latency_s: float = 0.03
 

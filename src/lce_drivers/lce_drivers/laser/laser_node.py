@@ -33,6 +33,8 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
+from lce_data.channels import POWER, TEMPERATURE
+from lce_data.topics import COMMAND
 from lce_drivers.laser.clock_watch import QUIET_CHECKS, ClockWatch
 from lce_drivers.laser.interlock import Interlock, TemperatureLimits
 from lce_drivers.laser.labjack import Calibration, LabJackLaser, ModbusRegisters
@@ -117,10 +119,10 @@ class Laser(LceNode):
         self._interlock = self._supervise()
         self._logged_fault: str | None = None
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
-        self._power = self.advertise(Float64, "laser/power")
+        self._power = self.advertise(Float64, POWER.topic)
         self._closed = False
-        self.listen(Float64, "laser/power_command", lambda m: self._guard.command(m.data, self.now_s()))
-        self.listen(Temperature, "temperature", self._take_temperature)
+        self.listen(Float64, COMMAND, lambda m: self._guard.command(m.data, self.now_s()))
+        self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self.create_service(Trigger, "laser/reset", self._reset)
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._look_for_rivals)
@@ -184,7 +186,7 @@ class Laser(LceNode):
         return response
 
     def _look_for_rivals(self) -> None:
-        commanders = self.count_publishers("laser/power_command")
+        commanders = self.count_publishers(COMMAND)
         if commanders > 1:
             self.report(Level.WARN, f"{commanders} nodes command the laser at once")
 

@@ -4,7 +4,7 @@
 from typing import Any
 
 from lce_data.topics import simulated_topic
-from lce_drivers.sensor_node import SensorNode
+from lce_drivers.sensor import DeviceNode
 from lce_drivers.simulation.sensor import Imperfection, SimulatedSensor
 from lce_ros.messages import from_message, message_class
 
@@ -15,7 +15,7 @@ class SimulatedDevice:
     Declares the node's parameters noise_rms, quantum [SI unit of the channel], latency_s [s] (all live) and seed.
     """
 
-    def __init__(self, node: SensorNode) -> None:
+    def __init__(self, node: DeviceNode) -> None:
         channel, sheet, topic = node.channel, node.sheet, simulated_topic(node.channel)
         self._node = node
         node.declare(

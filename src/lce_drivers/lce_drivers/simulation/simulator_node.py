@@ -20,6 +20,7 @@ import sys
 from typing import Any, Final
 
 from lce_data.channels import POWER, SENSORS
+from lce_data.settings import parse_settings
 from lce_data.topics import simulated_topic
 from lce_drivers.simulation.strip import Drive, strip_model
 from lce_model import Stepper
@@ -43,7 +44,7 @@ class Simulator(LceNode):
             lower=0.02, upper=10.0, read_only=True,
         )  # fmt: skip
         self._drive = Drive(timeout_s)
-        self._strip = Stepper(strip_model(model_file, settings))
+        self._strip = Stepper(strip_model(model_file, parse_settings(settings)))
         self._strip.step(0.0, 0.0)
         self._sensors = [
             (channel, channel.output, self.advertise(message_class(channel), simulated_topic(channel)))

@@ -3,11 +3,10 @@
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Final
 
-from lce_data.errors import LceError
 from lce_model import Model, default_model, load_model
 
 LONGEST_STEP_S: Final = 0.01
@@ -64,26 +63,6 @@ class Drive:
         return min(received_s, self._expires_s) if self._power_w > 0.0 else received_s
 
 
-@dataclass(frozen=True)
-class Setting:
-    """A parameter of a model and its value, from the text TERM.PARAM=VALUE."""
-
-    key: str
-    value: float
-
-    @classmethod
-    def parse(cls, text: str) -> "Setting":
-        """Read TERM.PARAM=NUMBER. Raises LceError for any other text."""
-        key, separator, number = text.partition("=")
-        try:
-            return cls(key.strip(), float(number))
-        except ValueError:
-            hint = "not a number" if separator else "no '='"
-            raise LceError(f"set: {text!r} is not TERM.PARAM=VALUE ({hint})") from None
-
-
-def strip_model(model_file: str, settings: Iterable[str]) -> Model:
-    """The model of a file (empty: the default one), changed by settings TERM.PARAM=VALUE; blank ones are skipped."""
-    model = load_model(model_file) if model_file else default_model()
-    changes = [Setting.parse(text) for text in settings if text.strip()]
-    return model.configured({change.key: change.value for change in changes})
+def strip_model(model_file: str | Path, settings: Mapping[str, float]) -> Model:
+    """The model of a file (empty: the default one), with settings TERM.PARAM changed as by ``Model.configured``."""
+    return (load_model(model_file) if model_file else default_model()).configured(settings)

@@ -26,6 +26,7 @@ from lce_data.errors import LceError
 from lce_data.topics import COMMAND
 from lce_experiment import protocols
 from lce_experiment.nodes.player_node import Player
+from lce_experiment.registry import LASER, RECORDER
 from lce_ros.node import run
 
 
@@ -40,7 +41,7 @@ class ExperimentPlayer(Player):
             raise LceError("experiment_player: parameter protocol is empty; give a protocol or a wave.csv")
         self._wave = protocols.one(text)
         self._command = self.advertise(Float64, COMMAND)
-        self.begin(self._wave.duration_s, {COMMAND: ["laser", "recorder"] if recorded else ["laser"]})
+        self.begin(self._wave.duration_s, {COMMAND: [LASER.name, *([RECORDER.name] if recorded else [])]})
 
     def close(self) -> None:
         """Leave the laser with a zero, however the player ends."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from lce_data.errors import LceError
 from lce_experiment.protocols import RATE_HZ
+from lce_experiment.registry import LASER
 from lce_ros.node import LceNode
 
 _REPORT_S = 0.25
@@ -49,7 +50,7 @@ class Player(LceNode):
         self._reported_s = 0.0
         self.played_s = self.total_s = 0.0
         self.finished = False
-        self.listen_for_errors("laser", self._stop)
+        self.listen_for_errors(LASER.name, self._stop)
 
     def begin(self, duration_s: float, listeners: Mapping[str, Sequence[str]]) -> None:
         """Play for ``duration_s`` [s] once the nodes named in ``listeners`` subscribe to its topics."""

@@ -22,7 +22,6 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -35,13 +34,14 @@ from lce_data.bag.message_types import message_type
 from lce_data.bag.writer import BagWriter
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, LATCHED_TOPICS, RECORDED
+from lce_experiment.plan import RUNS, new_folder
 from lce_ros.health import Level
 from lce_ros.node import LceNode, run
 from lce_ros.qos import LATCHED, deeper
 
 _QUEUE = 1000
 """Messages that the middleware keeps while this process cannot read: 10 s at 100 Hz."""
-_SETTLE_S = 1.0
+DISCOVERY_S = 1.0
 """From the first message of the last topic of ``after`` to the subscription to commands. Processes that are finding
 each other delay each other, and half a second without a temperature is a fault once somebody commands the laser."""
 
@@ -64,7 +64,7 @@ class Recorder(LceNode):
         out, topics, after, about, flush_s = self._declare_parameters()
         streams = [self._stream(entry) for entry in topics]
         self._after = {self.resolve_topic_name(topic) for topic in after if topic} & {s.name for s in streams}
-        self.folder = Path(out or f"runs/{datetime.now(UTC):%Y%m%d-%H%M%S}")
+        self.folder = Path(out) if out else new_folder(RUNS)
         self._bag = BagWriter(self.folder)
         self._about = about.with_entries(started=experiment.now())
         experiment.write(self.folder, self._about)
@@ -162,7 +162,7 @@ class Recorder(LceNode):
 
     def _flush(self) -> None:
         self._bag.flush()
-        while self._later and self.now_s() >= self._complete_s + _SETTLE_S:
+        while self._later and self.now_s() >= self._complete_s + DISCOVERY_S:
             self._record(self._later.pop())
 
 

@@ -28,6 +28,7 @@ from std_msgs.msg import Float64
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, TARGET
 from lce_experiment.nodes.player_node import Player
+from lce_experiment.registry import RECORDER
 from lce_ros.node import run
 
 
@@ -50,7 +51,7 @@ class TargetPlayer(Player):
         self._set: float | None = None
         self._target = self.advertise(Float64, TARGET, latched=True)
         # The recorder subscribes to commands once it has a message of each sensor.
-        self.begin(duration_s, {TARGET: wait_for, COMMAND: ["recorder"] if recorded else []})
+        self.begin(duration_s, {TARGET: wait_for, COMMAND: [RECORDER.name] if recorded else []})
 
     def play(self, time_s: float) -> None:
         """Publish the target of ``time_s`` [s] if it is another one."""

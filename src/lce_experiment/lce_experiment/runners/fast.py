@@ -6,13 +6,13 @@ from __future__ import annotations
 import tempfile
 import threading
 from pathlib import Path
-from typing import Any
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
 from lce_data.progress import Progress
+from lce_experiment.nodes.player_node import Player
 from lce_experiment.plan import Plan
 from lce_experiment.runners.lockstep import Lockstep
 from lce_ros.node import LceNode
@@ -34,7 +34,7 @@ def run_fast(plan: Plan, progress: Progress) -> None:
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder, stop_signals(stopped.set):
         arguments = plan.ros_arguments(Path(folder) / "parameters.yaml")
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        nodes: list[Any] = []
+        nodes: list[LceNode] = []
         try:
             for spec in plan.nodes:
                 nodes.append(spec.load()())  # noqa: PERF401  those made so far are closed if one fails
@@ -47,7 +47,8 @@ def run_fast(plan: Plan, progress: Progress) -> None:
 
 
 def _play(plan: Plan, nodes: list[LceNode], stopped: threading.Event, progress: Progress) -> None:
-    player: Any = nodes[0]
+    player = nodes[0]
+    assert isinstance(player, Player)  # a plan names its player first
     steps = Lockstep(nodes)
     try:
         count = 0
