@@ -16,6 +16,11 @@ def counting(out: Path, *, progress: Progress) -> None:
     out.write_text("done")
 
 
+def warning(*, progress: Progress) -> list[str]:
+    """A job whose result comes with a warning."""
+    return ["stranger: is it of another strip?"]
+
+
 def refusing(*, progress: Progress) -> None:
     """A job that finds its data wanting."""
     raise LceError("no\nrun")

@@ -171,7 +171,7 @@ def test_another_base_model_beside_start_is_wrong_usage(
     out = run.with_name("m.yaml")
     assert cli.main(["fit", str(run), "--out", str(out), "--start", str(model), f"--{stage}", asked]) == 2
     error = capsys.readouterr().err
-    assert f"--{stage} {asked} contradicts --start {model}, whose {stage} stage is {given}" in error
+    assert f"--{stage} {asked} contradicts the start model {model}, whose {stage} stage is {given}" in error
     assert error.count("\n") == 1 and not out.exists()
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import yaml
 
-from lce_app.workbench.session import Kept, Session, load
+from lce_app.workbench.session import Kept, Session, folder_and_roles, load
 from lce_data.errors import LceError
 
 OLD = """\
@@ -80,3 +80,19 @@ def test_a_current_model_that_is_not_in_the_history_is_named(tmp_path: Path) -> 
     _file(tmp_path, yaml.safe_dump(yaml.safe_load(OLD) | {"current": 7}))
     with pytest.raises(LceError, match=r"session\.yaml: current is 7, which is the number of no model"):
         load(tmp_path)
+
+
+def test_one_folder_is_the_folder_of_the_page(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").touch()
+    assert folder_and_roles([tmp_path]) == (tmp_path.resolve(), {})
+
+
+def test_runs_that_are_named_are_learnt_from_and_the_others_left_aside(tmp_path: Path) -> None:
+    (tmp_path / "later").mkdir()
+    for name in ("a.csv", "b.csv", "later/c.csv"):
+        (tmp_path / name).touch()
+    named = [tmp_path / "a.csv", tmp_path / "later" / "c.csv"]
+    assert folder_and_roles(named) == (
+        tmp_path.resolve(),
+        {"a.csv": "train", "b.csv": "off", "later/c.csv": "train"},
+    )

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lce_app.use_cases import cluster, compare, control, design, fit, record, simulate
-from lce_app.use_cases.errors import ContradictoryOptions
+from lce_app import cluster
+from lce_app.errors import ContradictoryOptions
+from lce_app.use_cases import compare, control, design, fit, record, simulate
 from lce_data.errors import Cancelled, LceError
 from lce_data.progress import CancelToken
 from lce_model import default_model, load_model, save_model
@@ -62,7 +63,7 @@ def test_a_fit_names_its_files(tmp_path: Path, run: Path) -> None:
 
 def test_a_choice_that_contradicts_its_start_is_refused(tmp_path: Path, run: Path, model: Path) -> None:
     choice = fit.ModelChoice(deformation="dynamic", start=model)
-    with pytest.raises(ContradictoryOptions, match="deformation dynamic contradicts"):
+    with pytest.raises(ContradictoryOptions, match=r"^deformation dynamic contradicts the start model"):
         fit.fit([run], tmp_path / "m.yaml", choice)
 
 
@@ -75,12 +76,37 @@ def test_a_simulated_run_is_what_the_sensors_show_without_noise(run: Path, model
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: cluster.Cluster("dask"), "belong together"),
+        (lambda: cluster.Cluster("dask"), "^backend dask and the address of a scheduler belong together"),
+        (lambda: cluster.Cluster(scheduler="tcp://1.2.3.4:5"), "^scheduler tcp://1.2.3.4:5 and .* belong together"),
         (lambda: cluster.Cluster("cloud"), "'cloud' is not one of threads, dask"),
         (lambda: control.Options(mode="triple"), "'triple' is not one of double, single, model"),
-        (lambda: control.Options(hold_s=0.5), r"--hold 0.5: must be within \[1, 3600\] s"),
+        (lambda: control.Options(hold_s=0.5), r"^hold_s 0.5: must be within \[1, 3600\] s"),
+        (lambda: control.Options(seed=-1), "^seed -1: must be 0 or more"),
+        (lambda: record.Options(seed=-1), "^seed -1: must be 0 or more"),
+        (lambda: record.Options(plant="moon"), "'moon' is not one of simulated, hardware"),
+        (
+            lambda: record.Options(plant="hardware", fast=True),
+            "^plant hardware excludes model, settings, seed and fast",
+        ),
     ],
 )
 def test_options_refuse_what_makes_no_sense(make, said) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(LceError, match=said):
         make()
+
+
+def test_the_real_bench_is_a_launch_that_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ros2 = tmp_path / "ros2"
+    ros2.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" > {tmp_path}/words\n')
+    ros2.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    reported: list[str] = []
+    out, options = tmp_path / "out", record.Options(plant="hardware")
+    found = record.record("pulse:th=2,rest=2", out, options, lambda label, *_: reported.append(label))
+    assert found.folders == (out,) and set(reported) <= {"recording out"}
+    words = (tmp_path / "words").read_text().splitlines()
+    assert words == [*record.LAUNCH[1:], "protocol:=pulse:th=2,rest=2", f"out:={out}"]
+
+    ros2.write_text("#!/bin/sh\necho no laser >&2\nexit 1\n")
+    with pytest.raises(LceError, match=r"launch did not end well \(status 1\): no laser"):
+        record.record("pulse:th=2,rest=2", tmp_path / "again", options)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from jobs_for_tests import counting, crashing, endless, refusing
+from jobs_for_tests import counting, crashing, endless, refusing, warning
 from nicegui import ui
 from nicegui.testing import User, user_simulation
 from starlette.applications import Starlette
@@ -280,6 +280,15 @@ def test_a_job_tells_where_it_is_and_what_follows_is_done(folder: Path) -> None:
     assert job.state == "done" and followed == [True] and (folder / "counted").exists()
     assert job.steps[0].label == "starting"
     assert job.steps[0].seconds < 5.0
+
+
+def test_the_warnings_of_a_result_are_shown(folder: Path) -> None:
+    async def story(user: User, state: WorkbenchState) -> None:
+        state.start("Warn", warning)
+        await user.should_see("Warn: stranger: is it of another strip?", retries=50)
+        assert state.job is not None and state.job.state == "done"
+
+    tell(folder, story)
 
 
 def test_what_a_job_finds_wanting_is_one_line(folder: Path) -> None:

@@ -28,7 +28,7 @@ def add_model(parser: argparse.ArgumentParser) -> None:
 
 
 def add_settings(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
-    """`--set`, repeatable; :func:`lce_app.use_cases.settings.parse_settings` reads it."""
+    """`--set`, repeatable; :func:`lce_data.settings.parse_settings` reads it."""
     parser.add_argument("--set", action="append", default=[], metavar=metavar, help=about)
 
 
@@ -55,7 +55,7 @@ def add_cluster(parser: argparse.ArgumentParser) -> None:
 def check_inputs(runs: Iterable[Path] = (), models: Iterable[Path | None] = ()) -> None:
     """Raise LceError for the first run or model file that does not exist.
 
-    A command calls it before it imports the physics, which takes seconds: a mistyped path is told at once.
+    A command calls it before it imports the physics, which takes seconds: a mistyped path is reported at once.
     """
     for run in runs:
         if not run.exists():

@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from lce_app.use_cases.errors import ContradictoryOptions
+from lce_app.errors import ContradictoryOptions, OptionError
 from lce_data import __version__
 from lce_data.errors import LceError
 
@@ -31,6 +31,8 @@ COMMANDS = {
     "workbench": "the same as a local web page",
 }
 """Command name (module lce_app.cli.commands.NAME) and its line in `lce --help`."""
+FLAGS = {"hold_s": "hold"}
+"""Flags that are not called as the field that they set."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -51,8 +53,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ValueError as error:
         if not isinstance(error, LceError):
             raise
-        _print_error(error, " ".join(str(error).split()))
+        _print_error(error, " ".join(_as_typed(error).split()))
         return 2 if isinstance(error, ContradictoryOptions) else 1
+
+
+def _as_typed(error: LceError) -> str:
+    """The error, with the flag that was typed in place of the option that it sets."""
+    if isinstance(error, OptionError):
+        return f"--{FLAGS.get(error.option, error.option)} {error.problem}"
+    return str(error)
 
 
 def _print_error(error: BaseException, line: str) -> None:

@@ -53,7 +53,8 @@ def add_effect(
     test_files : runs held out, on which both models are judged.
     options : when an effect counts as confirmed.
     report_file : before and after as one HTML file; not written if None.
-    progress, cancel : hears of each step; a cancelled addition raises Cancelled and writes nothing.
+    progress : called after each step.
+    cancel : stops between two steps and raises Cancelled; nothing is written.
 
     Returns
     -------

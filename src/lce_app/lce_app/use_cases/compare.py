@@ -43,7 +43,8 @@ def compare(
     model_file : as `lce fit` writes it.
     options : what drives the deformation, and from which size on a misfit counts.
     json_file, report_file : numbers in SI or °C as JSON, and figures as one HTML file; not written if None.
-    progress, cancel : hears of each run; a cancelled comparison raises Cancelled and writes nothing.
+    progress : called after each run.
+    cancel : stops between two runs and raises Cancelled; nothing is written.
 
     Returns
     -------

@@ -7,21 +7,22 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, get_args
 
+from lce_app.errors import OptionError, check_seed
+from lce_control.positioning import Positioning
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_experiment import config, recording
 from lce_experiment.plan import Plan, folders, seeded
-from lce_experiment.positioning.outcome import Positioning, evaluate
+from lce_experiment.positioning.outcome import evaluate
 from lce_experiment.positioning.reach import check_reach
 from lce_experiment.positioning.step_plan import ControlSetup, step_plan
+from lce_experiment.registry import CONTROLLERS
 from lce_experiment.strip import simulated_strip
 from lce_model import load_model
 from lce_report.pages.positioning import render_positioning
 
-Mode = Literal["double", "single", "model"]
 HOLD_S = 1.0, 3600.0
 """Shortest and longest time that a target is held [s]."""
 
@@ -32,7 +33,7 @@ class Options:
 
     Parameters
     ----------
-    mode : "double" (cascade), "single" (one loop) or "model" (model control).
+    mode : a key of ``CONTROLLERS``: "double" (cascade), "single" (one loop) or "model" (model control).
     model : what the controllers know, and the simulated strip; None for the default strip.
     strip : the simulated strip, if it is another one than ``model``.
     settings : parameters of the strip alone, by TERM.PARAM: what the controllers do not know of it.
@@ -42,7 +43,7 @@ class Options:
     fast : simulated time, as quickly as the machine can, instead of real time.
     """
 
-    mode: Mode = "double"
+    mode: str = "double"
     model: Path | None = None
     strip: Path | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
@@ -52,10 +53,11 @@ class Options:
     fast: bool = False
 
     def __post_init__(self) -> None:
-        if self.mode not in get_args(Mode):
-            raise LceError(f"mode: {self.mode!r} is not one of {', '.join(get_args(Mode))}")
+        if self.mode not in CONTROLLERS:
+            raise OptionError("mode", f"{self.mode!r} is not one of {', '.join(CONTROLLERS)}")
         if not HOLD_S[0] <= self.hold_s <= HOLD_S[1]:
-            raise LceError(f"--hold {self.hold_s:g}: must be within [{HOLD_S[0]:g}, {HOLD_S[1]:g}] s")
+            raise OptionError("hold_s", f"{self.hold_s:g}: must be within [{HOLD_S[0]:g}, {HOLD_S[1]:g}] s")
+        check_seed(self.seed)
 
     @property
     def model_file(self) -> Path:
@@ -67,7 +69,7 @@ class Options:
 class Controlled:
     """What became of each target, in the order of the request."""
 
-    mode: Mode
+    mode: str
     runs: tuple[Positioning, ...]
 
 
@@ -94,7 +96,7 @@ def control(
     out : new folder of the recording; of several targets the folder of them; None for ``runs/TIME_control_MODE``.
     options : controllers, strip, and how long a target is held.
     json_file, report_file : the figures as JSON (fractions of the target, SI), and as one HTML file.
-    progress : hears of the seconds played; its error is NaN.
+    progress : called after each second played; its error is NaN.
     cancel : ends the run as Ctrl-C does: the laser goes to zero, and what was recorded until then is kept.
     finished : called with each folder when its recording is complete.
 

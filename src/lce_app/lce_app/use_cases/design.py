@@ -10,6 +10,7 @@ import lce_analysis.experiment_design as designing
 from lce_analysis.experiment_design import Design
 from lce_analysis.options import DesignOptions
 from lce_data.progress import CancelToken, Progress, silent
+from lce_data.units import KELVIN
 from lce_data.wave_file import write_wave
 from lce_model import load_model
 
@@ -36,6 +37,19 @@ class Designed:
     design: Design
     plain: bool
 
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The waveform, what it is worth, and what to do if that is too little."""
+        wave = self.design
+        sentences = (
+            f"{wave.protocol}, scaled to the limits: {wave.time_s[-1]:.0f} s, {wave.power_w.max():.2f} W and "
+            f"{wave.hottest_k - KELVIN:.0f} °C at most.",
+            f"After the rival is refitted, {wave.separation:.1f} standard deviations of the sensor noise remain "
+            "between the two.",
+        )
+        advice = "That is too little to tell them apart: give more time, power or temperature."
+        return sentences if self.plain else (*sentences, advice)
+
 
 DEFAULTS = Options()
 
@@ -56,7 +70,8 @@ def design(
     between : the two effects, names of the library or paths of effect files.
     out : CSV file to write, with the columns ``time_s,power_w`` at 100 Hz.
     options : limits of the bench, and how long to search.
-    progress, cancel : hears of the best separation so far; a cancelled search raises Cancelled and writes nothing.
+    progress : called after each waveform with the best separation so far.
+    cancel : stops between two waveforms and raises Cancelled; nothing is written.
 
     Returns
     -------

@@ -12,7 +12,7 @@ import lce_analysis.diagnosis as diagnosing
 from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.identification.homogeneity import outlier_runs
 from lce_analysis.options import DiagnoseOptions
-from lce_app.use_cases.cluster import Cluster
+from lce_app.cluster import Cluster
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.read_runs import read_runs
@@ -69,7 +69,8 @@ def diagnose(
     test_files : runs held out, on which the model is judged before and after.
     options : when an effect counts as missing, and where to compute.
     json_file, report_file : the record as JSON, and the evidence as one HTML file; not written if None.
-    progress, cancel : hears of each step; a cancelled diagnosis raises Cancelled and writes nothing.
+    progress : called after each step.
+    cancel : stops between two steps and raises Cancelled; nothing is written.
 
     Returns
     -------

@@ -13,8 +13,8 @@ from lce_analysis.identification.bootstrap import Bootstrap, bootstrap
 from lce_analysis.identification.homogeneity import outlier_runs
 from lce_analysis.identification.profile import Profile, profiles
 from lce_analysis.options import FitOptions
-from lce_app.use_cases.cluster import Cluster
-from lce_app.use_cases.errors import ContradictoryOptions
+from lce_app.cluster import Cluster
+from lce_app.errors import ContradictoryOptions
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.read_runs import read_runs
@@ -114,7 +114,8 @@ def fit(
     out : model file to write; with ``options.per_run`` one file for each run, ``STEM-RUN.yaml``.
     choice : which model, and the values to begin with.
     options : how to fit, and what to compute beside the standard errors.
-    progress, cancel : hears of each step; a cancelled fit writes the best values so far, as after Ctrl-C.
+    progress : called after each step.
+    cancel : stops between two steps; the file then holds the best values so far, as after Ctrl-C.
 
     Returns
     -------
@@ -187,7 +188,7 @@ def _start_model(choice: ModelChoice) -> Model | None:
     ):
         if asked not in (None, given):
             raise ContradictoryOptions(
-                f"--{stage} {asked} contradicts --start {choice.start}, whose {stage} stage is {given}"
+                stage, f"{asked} contradicts the start model {choice.start}, whose {stage} stage is {given}"
             )
     return start
 

@@ -3,21 +3,31 @@
 
 from __future__ import annotations
 
+import tempfile
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final, Literal, get_args
 
+from lce_app.errors import ContradictoryOptions, OptionError, check_seed
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_experiment import protocols, recording
 from lce_experiment.config import check_power
 from lce_experiment.plan import Plan, folders, seeded
 from lce_experiment.registry import PLAYER
+from lce_experiment.runners.processes import Processes
 from lce_experiment.strip import conditions, measured_topics, simulated_strip
+
+Plant = Literal["simulated", "hardware"]
+LAUNCH: Final = ("ros2", "launch", "lce_bringup", "experiment.launch.py", "plant:=hardware")
+POLL_S: Final = 0.1
+"""Time between two looks whether a launch has ended [s]."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """The simulated strip, and how its time passes.
+    """The bench, and how its time passes.
 
     Parameters
     ----------
@@ -25,12 +35,23 @@ class Options:
     settings : parameters of the strip by TERM.PARAM, in the units of the model; one of an effect adds the effect.
     seed : of the sensor noise, 0 or more; None for a new one. The runs of a campaign take seed, seed + 1, …
     fast : simulated time, as quickly as the machine can, instead of real time.
+    plant : "simulated", or "hardware": the real laser and the real strip, to which the other options do not apply.
     """
 
     model: Path | None = None
     settings: Mapping[str, float] = field(default_factory=dict)
     seed: int | None = None
     fast: bool = False
+    plant: Plant = "simulated"
+
+    def __post_init__(self) -> None:
+        if self.plant not in get_args(Plant):
+            raise OptionError("plant", f"{self.plant!r} is not one of {', '.join(get_args(Plant))}")
+        check_seed(self.seed)
+        if self.plant == "hardware" and (self.model or self.settings or self.seed is not None or self.fast):
+            raise ContradictoryOptions(
+                "plant", "hardware excludes model, settings, seed and fast: they are of a strip that is simulated"
+            )
 
 
 @dataclass(frozen=True)
@@ -51,7 +72,7 @@ def record(
     cancel: CancelToken | None = None,
     finished: Callable[[Path], object] = lambda folder: None,
 ) -> Recorded:
-    """Run a protocol, or each of a campaign, on the simulated strip and record it.
+    """Run a protocol, or each of a campaign, on the bench and record it.
 
     Everything that can be wrong with the request is found before anything is started or written.
 
@@ -59,8 +80,8 @@ def record(
     ----------
     protocol : a name with options, as ``pulse:amp=0.4,th=20``, a campaign, or a CSV file of a waveform.
     out : new folder of the recording; of a campaign the folder of them; None for ``runs/TIME_NAME``.
-    options : the strip and its seed, and real or simulated time.
-    progress : hears of the seconds played; its error is NaN.
+    options : the plant, a simulated strip and its seed, and real or simulated time.
+    progress : called after each second played; its error is NaN.
     cancel : ends the run as Ctrl-C does: the laser goes to zero, and what was recorded until then is kept.
     finished : called with each folder when its recording is complete.
 
@@ -82,7 +103,10 @@ def record(
     progress = watched(progress, cancel)
     plans = plan_recordings(protocol, out, options)
     for plan in plans:
-        recording.record(plan, progress)
+        if options.plant == "hardware":
+            _launch(plan, progress)
+        else:
+            recording.record(plan, progress)
         finished(plan.folder)
     return Recorded(tuple(plan.folder for plan in plans))
 
@@ -111,3 +135,17 @@ def plan_recordings(protocol: str, out: Path | None, options: Options) -> tuple[
         )
         for k, (wave, folder) in enumerate(zip(waves, places, strict=True))
     )
+
+
+def _launch(plan: Plan, progress: Progress) -> None:
+    """Run a plan on the real bench, in the ROS domain of the environment, by a launch file that ends with the run.
+
+    Raises LceError if the launch fails.
+    """
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="lce_run_") as logs, Processes(Path(logs)) as nodes:
+        launch = nodes.start("launch", [*LAUNCH, f"protocol:={plan.protocol}", f"out:={plan.folder}"])
+        while launch.poll() is None:
+            plan.report(progress, time.monotonic() - began)
+            time.sleep(POLL_S)
+        nodes.stop("launch")

@@ -72,7 +72,7 @@ def simulate(model_file: Path, wave: str, out: Path, options: Options = DEFAULTS
     >>> simulate(Path("model.yaml"), "pulse:amp=0.4,th=20", Path("run.csv"))  # doctest: +SKIP
     """
     if out.exists() and not options.overwrite:
-        raise LceError(f"{out}: exists already; --force overwrites it")
+        raise LceError(f"{out}: exists already, and overwrite is not set")
     model = lce_model.load_model(model_file).configured(options.settings)
     time_s, power_w = _input(wave)
     trajectory = lce_model.simulate(model, time_s, power_w)

@@ -78,7 +78,8 @@ def tune(
     out : ROS parameter file to write; `lce control --gains` takes it.
     options : model, requirements, and whether the gains are refined on the nodes.
     report_file : steps, Bode diagrams and margins as one HTML file; not written if None.
-    progress, cancel : hears of the best ITAE so far; a cancelled search raises Cancelled.
+    progress : called after each step with the best ITAE so far.
+    cancel : stops between two steps and raises Cancelled.
 
     Returns
     -------

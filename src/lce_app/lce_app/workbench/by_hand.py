@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
-from lce_analysis.prediction import COLUMN, SimulationInput, simulation_input, start_temperature
-from lce_data.channels import TEMPERATURE, Channel
+from lce_analysis.prediction import SimulationInput, predict_from, simulation_input, start_temperature
+from lce_data.channels import Channel
 from lce_data.run import Floats, Run
 from lce_model import Model
 from lce_report import Block, Curve, Lines
@@ -29,23 +27,19 @@ class ByHand:
     """
 
     run: Run
-    prepared: SimulationInput
+    run_input: SimulationInput
     start_k: float
 
     @classmethod
     def of(cls, model: Model, run: Run) -> ByHand:
         """The run beside the model that the sliders begin with; LceError if the run lacks what the model needs."""
-        prepared = simulation_input(run, model)
-        return cls(run, prepared, start_temperature(prepared, model))
+        run_input = simulation_input(run, model)
+        return cls(run, run_input, start_temperature(run_input, model))
 
     def curves(self, model: Model) -> dict[str, Floats]:
         """The model's account of the run, in the units of the axes, by figure and curve of ``blocks``."""
-        out = self.prepared.simulate(model, model.vector[None], np.array([self.start_k]))[0]
-        found = {}
-        for channel, sampling in self.prepared.sampling.items():
-            if model.predicts(channel) and not (channel is TEMPERATURE and self.run.power is None):
-                found[_key(channel)] = _shown(channel, sampling(out[:, COLUMN[channel]]))
-        return found
+        found = predict_from(self.run_input, self.start_k, model).at_samples
+        return {_key(channel): _shown(channel, values) for channel, values in found.items()}
 
     def blocks(self, model: Model, moved: Model) -> Sequence[Block]:
         """Measured, the model, and the model moved by hand."""

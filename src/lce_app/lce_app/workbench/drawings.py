@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import reduce
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from lce_analysis.prediction import predict
+from lce_analysis.diagnosis import effect_signature
 from lce_app.workbench.colours import colour
+from lce_app.workbench.records import DiagnosisRecord
 from lce_app.workbench.session import Role as Use
 from lce_app.workbench.snapshot import WANTED, Snapshot
 from lce_app.workbench.state import WorkbenchState
 from lce_data.channels import CHANNELS, POWER, SENSORS, Channel
 from lce_data.run import Floats, Run
 from lce_model import Model
-from lce_model.effects import library
 from lce_report import Axis, Bars, Block, Curve, Figure, Grid, Group, Lines
 from lce_report.blocks import Role
 from lce_report.figures.axes import TIME, residual_axis, title, value_axis
@@ -26,37 +25,25 @@ from lce_report.figures.errors import error_reductions
 SIDES: Final[dict[Use, tuple[str, Role]]] = {"train": ("learnt from", "model"), "test": ("held out", "residual")}
 
 
-def candidates(diagnosis: Mapping[str, Any]) -> Sequence[Block]:
+def candidates(diagnosis: DiagnosisRecord) -> Sequence[Block]:
     """What each effect promises, strongest first."""
-    strong = sorted(
-        (c for c in diagnosis["candidates"] if c["predicted_fall"] > 0.005), key=lambda c: -c["predicted_fall"]
-    )
-    reductions = Group("predicted fall", "model", np.array([c["predicted_fall"] for c in strong]))
-    name = "Fall of the squared error that the score test predicts, each effect alone"
-    return [Bars(name, "1", [c["effect"] for c in strong], [reductions], ".1%")] if strong else []
+    strong = sorted((c for c in diagnosis.candidates if c.predicted_fall > 0.005), key=lambda c: -c.predicted_fall)
+    reductions = Group("predicted reduction", "model", np.array([c.predicted_fall for c in strong]))
+    name = "Reduction of the squared error that the score test predicts, each effect alone"
+    return [Bars(name, "1", [c.effect for c in strong], [reductions], ".1%")] if strong else []
 
 
 def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]) -> Sequence[Block]:
-    """The residual of a run, and what the effect at its expected strength would change, before any refit.
-
-    The model is taken with the whole library at its null values, for which the diagnosis has compiled the code.
-    """
-    missing = [e.reference for e in library().values() if e.reference not in model.effects]
-    whole = reduce(Model.add, missing, model)
-    before, after = predict(whole, run).at_samples, predict(whole.set(settings), run).at_samples
+    """The residual of a run, and what the effect at its expected strength would change, before any refit."""
     blocks: list[Block] = []
-    for channel, measured in run.measured.items():
-        if channel not in before:
-            continue
-        factor = channel.difference.factor
-        residual, change = measured.value - before[channel], after[channel] - before[channel]
-        axis = residual_axis(channel)
+    for channel, found in effect_signature(model, run, effect, settings).items():
+        axis, factor = residual_axis(channel), channel.difference.factor
         curves = (
-            Curve("measured − model", residual * factor, "residual"),
-            Curve(f"what {effect} would add before the refit", change * factor, "after"),
+            Curve("measured − model", found.residual * factor, "residual"),
+            Curve(f"what {effect} would add before the refit", found.change * factor, "after"),
         )
         name = f"{axis.name} of {run.name}, and {effect}"
-        blocks.append(Lines(name, TIME, axis, measured.time_s, curves, linked=f"{effect} {run.name}"))
+        blocks.append(Lines(name, TIME, axis, found.time_s, curves, linked=f"{effect} {run.name}"))
     return blocks
 
 

@@ -29,6 +29,7 @@ class JobStatusBar:
             self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="progress of the job"')
             ui.button("Cancel", on_click=state.cancel).props("outline no-caps").mark("cancel")
             self._course = ui.element("div").classes("course")
+        self._warnings = ui.label().classes("warnings").props("role=status").mark("job warnings")
         self._failed = ui.label().classes("bad failed").props("role=alert").mark("job failed")
 
     def follow(self) -> None:
@@ -36,8 +37,10 @@ class JobStatusBar:
         job = self._state.job
         self._place.visible = self._state.working
         self._failed.visible = job is not None and job.state in ("failed", "cancelled")
+        self._warnings.visible = job is not None and job.state == "done" and bool(job.warnings)
         if job is None:
             return
+        self._warnings.text = "\n".join(f"{job.name}: {warning}" for warning in job.warnings)
         ended = "was stopped; what was recorded is among the runs" if job.gentle else "was cancelled"
         self._failed.text = f"{job.name}: {job.error}" if job.error else f"{job.name} {ended}"
         if not self._state.working:

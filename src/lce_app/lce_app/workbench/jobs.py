@@ -8,7 +8,7 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -22,8 +22,11 @@ PERIOD_S: Final = 0.1
 """Time between two reports of a job [s], at least."""
 _FORK: Final = multiprocessing.get_context("forkserver")
 
-Task = Callable[..., None]
-"""What a job calls, with keyword arguments and ``progress`` (lce_data.progress.Progress); its results are files."""
+Task = Callable[..., Sequence[str] | None]
+"""What a job calls, with keyword arguments and ``progress`` (lce_data.progress.Progress).
+
+Its results are files; it returns the warnings that the command of `lce` would print, if any.
+"""
 
 
 def warm_up() -> None:
@@ -45,9 +48,20 @@ class JobStep:
     rms: float
 
 
+@dataclass(frozen=True)
+class JobEnd:
+    """How a job ended, the line that says what went wrong, and its warnings."""
+
+    state: State
+    error: str = ""
+    warnings: tuple[str, ...] = ()
+
+
 @dataclass
 class Job:
     """Work under way. ``poll`` often; ``steps`` are those it reported, ``error`` is the line that says what went wrong.
+
+    ``warnings`` are those of its result.
 
     measure : what the number of its steps is.
     gentle : a cancelled job is interrupted instead of killed, because it controls something.
@@ -60,6 +74,7 @@ class Job:
     gentle: bool = False
     state: State = "running"
     error: str = ""
+    warnings: tuple[str, ...] = ()
     steps: list[JobStep] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -77,16 +92,15 @@ class Job:
                 message = self._receive.recv()
             except EOFError:
                 self._process.join()
-                self._end("failed", f"{self.name}: its process ended without an answer ({self._process.exitcode})")
+                answer = f"{self.name}: its process ended without an answer ({self._process.exitcode})"
+                self._end(JobEnd("failed", answer))
                 return True
             new = True
             match message:
                 case (label, done, total, rms):
                     self.steps.append(JobStep(self.seconds, label, done, total, rms))
-                case str(error):
-                    self._end("failed" if error else "done", error)
-                case None:
-                    self._end("cancelled", "")
+                case JobEnd():
+                    self._end(message)
         return new
 
     @property
@@ -104,14 +118,14 @@ class Job:
             return
         self._process.kill()
         self._process.join()
-        self._end("cancelled", "")
+        self._end(JobEnd("cancelled"))
 
     def wait(self, timeout_s: float | None = None) -> None:
         """Wait until its process has ended."""
         self._process.join(timeout_s)
 
-    def _end(self, state: State, error: str) -> None:
-        self.state, self.error = state, error
+    def _end(self, end: JobEnd) -> None:
+        self.state, self.error, self.warnings = end.state, end.error, end.warnings
         self._receive.close()
 
 
@@ -133,16 +147,15 @@ def _run(send: Connection, task: Task, arguments: dict[str, Any]) -> None:
         except BrokenPipeError:
             _interrupted_once()
 
-    answer: str | None = ""
     try:
         progress("starting", 0, 1, math.nan)
-        task(progress=progress, **arguments)
+        end = JobEnd("done", warnings=tuple(task(progress=progress, **arguments) or ()))
     except LceError as error:
-        answer = " ".join(str(error).split())
+        end = JobEnd("failed", " ".join(str(error).split()))
     except KeyboardInterrupt:
-        answer = None
+        end = JobEnd("cancelled")
     with suppress(BrokenPipeError):
-        send.send(answer)
+        send.send(end)
 
 
 def _interrupted_once(*_: object) -> NoReturn:

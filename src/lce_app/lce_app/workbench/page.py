@@ -66,7 +66,7 @@ class Page:
         heads.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
         with ui.tab_panels(heads, value=tab if tab in TABS else FIRST, animated=False):
             self._panels = {name: ui.tab_panel(name) for name in TABS}
-        ui.keyboard(on_key=self._hear_key, ignore=[])
+        ui.keyboard(on_key=self._on_key, ignore=[])
         self._follow: dict[str, Callable[[], None]] = {}
         self.follow()
         ui.timer(PERIOD_S, self.follow)
@@ -82,7 +82,7 @@ class Page:
         for follow in self._follow.values():
             follow()
 
-    def _hear_key(self, event: KeyEventArguments) -> None:
+    def _on_key(self, event: KeyEventArguments) -> None:
         """Esc, wherever it is pressed, stops the bench."""
         if event.key.escape and event.action.keydown:
             self._state.stop()

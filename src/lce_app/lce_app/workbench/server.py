@@ -6,7 +6,7 @@ from __future__ import annotations
 import asyncio
 import importlib
 import os
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Coroutine, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -26,7 +26,7 @@ PATIENCE_S: Final = 4.0
 """Longest time [s] that reading the runs waits for the first page, so that the page comes first."""
 
 
-def prepare(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
+def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
     """Routes, page and background work; then ``serve``, or a test's user."""
     figures.serve_scripts()
     app.config.quasar_config["loadingBar"]["skipHijack"] = True  # it has no name for screen readers
@@ -45,8 +45,8 @@ def prepare(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, mod
         Page(state, tab)
 
     app.on_connect(seen.set)
-    app.on_startup(lambda: _background(lambda: begin(state, chosen, model, seen)))
-    app.on_startup(lambda: _background(lambda: tend(state)))
+    app.on_startup(lambda: _in_background(begin(state, chosen, model, seen)))
+    app.on_startup(lambda: _in_background(tend(state)))
     if os.environ.get("ROS_DOMAIN_ID"):  # the topics there can be shown before the page runs anything
         app.on_startup(state.monitor.open)
     app.on_shutdown(state.close)
@@ -84,8 +84,9 @@ async def tend(state: WorkbenchState) -> None:
         await asyncio.sleep(TEND_S)
 
 
-def _background(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    background_tasks.create(work(), name="workbench")
+def _in_background(task: Coroutine[Any, Any, None]) -> None:
+    """Run a coroutine until it ends, or the server does."""
+    background_tasks.create(task, name="workbench")
 
 
 def serve(host: str, port: int, token: str) -> None:

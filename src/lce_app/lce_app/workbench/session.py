@@ -6,7 +6,8 @@ A model is a numbered file that is never changed; undo goes back to its parent.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
@@ -155,3 +156,18 @@ def find_runs(folder: Path, depth: int = 4) -> dict[str, Path]:
 
     look(root, depth)
     return found
+
+
+def folder_and_roles(paths: Sequence[Path]) -> tuple[Path, dict[str, Role]]:
+    """The folder of the page; if single runs are named, also the role of each run in it.
+
+    Parameters
+    ----------
+    paths : one folder, whose runs keep the roles that they have; or runs, which are learnt from, all others beside
+        them being left aside.
+    """
+    places = [path.resolve() for path in paths]
+    if len(places) == 1 and places[0].is_dir() and not is_run(places[0]):
+        return places[0], {}
+    folder = Path(os.path.commonpath([place.parent for place in places]))
+    return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import asyncio
-import json
-from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,14 +19,12 @@ from lce_data.errors import LceError
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
     from lce_analysis.diagnosis.diagnosis import Errors
+    from lce_app.workbench.records import DesignRecord, DiagnosisRecord
     from lce_data.run import Run
     from lce_model import Model
 
 AT_ONCE: Final = 20
 """Runs of a folder that are read without being asked for, at most."""
-DIAGNOSIS: Final = ("verdict", "sentences", "added", "candidates")
-DESIGN: Final = ("between", "protocol", "separation", "hottest_c", "command")
-"""Keys that the files of jobs must have."""
 COMPARISONS: Final = 4
 """Comparisons that are kept in memory: each holds every sample several times."""
 
@@ -186,16 +182,21 @@ class WorkbenchState:
             self._errors[key] = {side: errors(model, list(self.runs(side).values())) for side in sides}
         return self._errors[key]
 
-    def diagnosis(self) -> dict[str, Any] | None:
+    def diagnosis(self) -> DiagnosisRecord | None:
         """The diagnosis of the current model; None if it was not asked for."""
+        from lce_app.workbench.records import DiagnosisRecord, read_record
+
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
-        return _json(file, DIAGNOSIS)
+        return read_record(file, DiagnosisRecord)
 
-    def designs(self) -> list[tuple[Path, dict[str, Any]]]:
+    def designs(self) -> list[tuple[Path, DesignRecord]]:
         """The waveforms designed so far, and what is known of each."""
+        from lce_app.workbench.records import DesignRecord, read_record
+
         files = sorted(self.session.place.glob("wave-*.json"))
-        return [(file.with_suffix(".csv"), _json(file, DESIGN)) for file in files if file.with_suffix(".csv").exists()]
+        waves = [(file, file.with_suffix(".csv")) for file in files]
+        return [(wave, read_record(file, DesignRecord)) for file, wave in waves if wave.exists()]
 
     # Jobs
 
@@ -278,12 +279,3 @@ def _read(path: Path, name: str, folder: Path) -> RunEntry:
         return RunEntry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
     except LceError as error:
         return RunEntry(path, error=str(error).replace(f"{folder}/", ""))
-
-
-def _json(file: Path, keys: Collection[str]) -> dict[str, Any]:
-    """What a job wrote; LceError if the file is something else."""
-    with suppress(ValueError):
-        content = json.loads(file.read_text(encoding="utf-8"))
-        if isinstance(content, dict) and set(keys) <= set(content):
-            return content
-    raise LceError(f"{file}: not what the workbench wrote; delete it, and begin that job again")

@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
 
 from lce_app.use_cases import add_effect as adding
 from lce_app.use_cases import design as designing
@@ -22,39 +19,20 @@ from lce_app.use_cases import record as recording
 from lce_data.files import write_atomically
 from lce_data.progress import Progress
 from lce_data.units import KELVIN
-from lce_experiment.runners.processes import Processes
-
-if TYPE_CHECKING:
-    from lce_analysis.diagnosis import Diagnosis
-
-LOOK_S: Final = 0.1
-"""How often the end of a launch is looked for [s]."""
 
 
-def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, progress: Progress) -> None:
-    """`lce fit`."""
-    choice = fitting.ModelChoice(thermal, deformation)
-    fitting.fit(runs, out, choice, fitting.Options(homogeneity=False), progress)
+def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, progress: Progress) -> Sequence[str]:
+    """`lce fit`; returns its warnings."""
+    return fitting.fit(runs, out, fitting.ModelChoice(thermal, deformation), progress=progress).warnings
 
 
-def diagnose(runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
-    """`lce diagnose`, its report beside ``out``."""
-    options = diagnosing.Options(homogeneity=False)
-    report = out.with_suffix(".html")
-    found = diagnosing.diagnose(runs, model, test, options, report_file=report, progress=progress)
-    write_atomically(out, json.dumps(_record(found.diagnosis), indent=1) + "\n")
-
-
-def _record(found: Diagnosis) -> dict[str, Any]:
-    """The record of `lce diagnose --json`, with the sentences, and the values at which each effect was judged."""
-    record = found.as_json()
-    record["sentences"] = list(found.sentences)
-    for candidate, score in zip(record["candidates"], found.scores, strict=True):
-        spec = score.effect.parameter(score.effect.strength)
-        strength = min(max(score.expected_strength, spec.lower), spec.upper)
-        candidate["settings"] = {**score.direction.settings, score.effect.strength_key: strength}
-        candidate["shown"] = score.shown
-    return record
+def diagnose(
+    runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress
+) -> Sequence[str]:
+    """`lce diagnose`, its report beside ``out``; returns its warnings."""
+    found = diagnosing.diagnose(runs, model, test, report_file=out.with_suffix(".html"), progress=progress)
+    write_atomically(out, json.dumps(found.diagnosis.as_detailed_json(), indent=1) + "\n")
+    return found.warnings
 
 
 def add(effect: str, runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
@@ -77,9 +55,16 @@ def design(
     """
     power_w, temperature_c, duration_s = limits
     search = designing.DesignOptions(power_w, temperature_c + KELVIN, duration_s)
-    found = designing.design(model, between, out, designing.Options(search), progress).design
-    about = {"between": between, "protocol": found.protocol, "separation": found.separation}
-    about |= {"hottest_c": found.hottest_k - KELVIN, "command": command}
+    designed = designing.design(model, between, out, designing.Options(search), progress)
+    found = designed.design
+    about = {
+        "between": between,
+        "protocol": found.protocol,
+        "separation": found.separation,
+        "hottest_c": found.hottest_k - KELVIN,
+        "sentences": designed.sentences,
+        "command": command,
+    }
     write_atomically(out.with_suffix(".json"), json.dumps(about) + "\n")
 
 
@@ -92,14 +77,6 @@ def run(
 
 
 def run_hardware(protocol: str, out: Path, domain: int, *, progress: Progress) -> None:
-    """The experiment on the real bench: the launch file of that name, which ends with the experiment."""
+    """The same on the real bench."""
     os.environ["ROS_DOMAIN_ID"] = str(domain)
-    launch = ["ros2", "launch", "lce_bringup", "experiment.launch.py", "plant:=hardware"]
-    (plan,) = recording.plan_recordings(protocol, out, recording.Options())
-    began = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="lce_run_") as logs, Processes(Path(logs)) as nodes:
-        process = nodes.start("launch", [*launch, f"protocol:={protocol}", f"out:={out}"])
-        while process.poll() is None:
-            plan.report(progress, time.monotonic() - began)
-            time.sleep(LOOK_S)
-        nodes.stop("launch")
+    recording.record(protocol, out, recording.Options(plant="hardware"), progress)

@@ -45,12 +45,11 @@ def main(args: argparse.Namespace) -> int:
 
 def _table(comparison: Comparison) -> str:
     from lce_app.cli.table import table
-    from lce_report.figures.axes import difference_scale
 
     rows: list[tuple[str, ...]] = [("run", "", "RMS", "printed RMSE", "NRMSE", "SMAPE", "noise", "× noise")]
     for run in comparison.runs:
         for channel, compared in run.channels.items():
-            m, scale, unit = compared.metrics, difference_scale(channel), channel.difference.symbol
+            m, scale, unit = compared.metrics, channel.difference.factor, channel.difference.symbol
             rows.append(
                 (
                     run.run.name,

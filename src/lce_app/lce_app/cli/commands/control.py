@@ -8,10 +8,9 @@ from pathlib import Path
 
 from lce_app.cli.arguments import add_pace, add_settings, check_inputs, print_files
 from lce_app.cli.table import table
-from lce_app.use_cases.settings import parse_settings
 from lce_data.errors import LceError
-
-MODES = ("double", "single", "model")
+from lce_data.settings import parse_settings
+from lce_experiment.registry import CONTROLLERS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "targets", nargs="+", type=float, metavar="TARGET_MM", help="displacement in mm, one run from rest each"
     )
-    parser.add_argument("--mode", choices=MODES, default="double", help="which controllers: see docs/control.md")
+    parser.add_argument(
+        "--mode", choices=tuple(CONTROLLERS), default="double", help="which controllers: see docs/control.md"
+    )
     parser.add_argument(
         "--out",
         type=Path,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from lce_analysis.options import DesignOptions
 from lce_app.cli.arguments import add_model, check_inputs
 from lce_data.errors import LceError
 from lce_data.units import KELVIN
@@ -13,13 +14,16 @@ from lce_data.units import KELVIN
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce design`."""
+    limits = DesignOptions()
+    power_w, temperature_c, duration_s = limits.max_power_w, limits.max_temperature_k - KELVIN, limits.duration_s
     add_model(parser)
     parser.add_argument("--between", required=True, metavar="A,B", help="two effects of the library, or files of yours")
-    parser.add_argument("--max-power", type=float, default=2.0, metavar="W", help="limit of the laser power (2 W)")
-    parser.add_argument(
-        "--max-temperature", type=float, default=110.0, metavar="C", help="limit of the strip's temperature (110 °C)"
-    )
-    parser.add_argument("--duration", type=float, default=150.0, metavar="S", help="longest experiment (150 s)")
+    for flag, default, metavar, about in (
+        ("--max-power", power_w, "W", f"limit of the laser power ({power_w:g} W)"),
+        ("--max-temperature", temperature_c, "C", f"limit of the strip's temperature ({temperature_c:g} °C)"),
+        ("--duration", duration_s, "S", f"longest experiment ({duration_s:g} s)"),
+    ):
+        parser.add_argument(flag, type=float, default=default, metavar=metavar, help=about)
     parser.add_argument("--out", type=Path, required=True, metavar="wave.csv", help="waveform to write")
     parser.add_argument(
         "--seed", type=int, default=0, help="seed of the waveforms tried; the same seed gives the same result"
@@ -32,17 +36,12 @@ def main(args: argparse.Namespace) -> int:
     if not (comma and first and second):
         raise LceError(f"--between {args.between}: expected two effects, A,B")
     check_inputs(models=[args.model])
-    from lce_analysis.options import DesignOptions
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.design import Options, design
 
     limits = DesignOptions(args.max_power, args.max_temperature + KELVIN, args.duration, args.seed)
     with FitBar() as bar:
         designed = design(args.model, (first, second), args.out, Options(limits), bar)
-    found = designed.design
-    print(f"{found.protocol}, scaled to the limits: {found.time_s[-1]:.0f} s, {found.power_w.max():.2f} W at most,")
-    print(f"{found.hottest_k - KELVIN:.0f} °C at most. After the rival is refitted, {found.separation:.1f} standard")
-    advice = "" if designed.plain else " That is too little to tell them apart: give more time, power or temperature."
-    print(f"deviations of the sensor noise remain between the two.{advice}")
+    print("\n".join(designed.sentences))
     print(f"{args.out}   (lce run {args.out})")
     return 0

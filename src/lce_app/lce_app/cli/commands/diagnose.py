@@ -29,7 +29,7 @@ def main(args: argparse.Namespace) -> int:
     """Diagnose, print the answer and the candidates, write what was asked for."""
     check_inputs([*args.runs, *args.test], [args.model])
     from lce_app.cli.progress_bar import FitBar
-    from lce_app.use_cases.cluster import Cluster
+    from lce_app.cluster import Cluster
     from lce_app.use_cases.diagnose import Options, diagnose
 
     options = Options(effects=tuple(args.effect), cluster=Cluster(args.backend, args.scheduler))

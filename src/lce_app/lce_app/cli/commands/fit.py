@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lce_app.cli.arguments import add_cluster, add_runs, add_settings, check_inputs
-from lce_app.use_cases.settings import parse_settings
 from lce_data.errors import LceError
+from lce_data.settings import parse_settings
 
 if TYPE_CHECKING:
     from lce_analysis.identification import FitResult
@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
     check_inputs(args.runs, [args.start])
     from lce_analysis.options import FitOptions
     from lce_app.cli.progress_bar import FitBar
-    from lce_app.use_cases.cluster import Cluster
+    from lce_app.cluster import Cluster
     from lce_app.use_cases.fit import ModelChoice, Options, fit
 
     choice = ModelChoice(
@@ -142,7 +142,8 @@ def _summary(result: FitResult) -> str:
             note = "not determined"
         lines.append(f"{v.key:24s} {v.value:12.6g} {v.unit:5s} {note}")
     if result.identifiability is not None:
-        lines += ["", *(_strong_correlations(result))]
+        pairs = [f"{one} and {other} ({rho:+.3f})" for one, other, rho in result.identifiability.strong_correlations()]
+        lines += ["", *([f"Strongly correlated: {', '.join(pairs)}."] if pairs else [])]
         if result.identifiability.sentences:
             lines += ["What the data leave open:", *(f"- {s}" for s in result.identifiability.sentences)]
     return "\n".join([*lines, "", *_errors(result)])
@@ -159,17 +160,3 @@ def _errors(result: FitResult) -> list[str]:
         cells = ["       –" if error is None else f"{error * 100:7.2f}%" for error in errors]
         lines.append(" ".join([f"{entry['name']:24s}", *cells]))
     return lines
-
-
-def _strong_correlations(result: FitResult, threshold: float = 0.95) -> list[str]:
-    """Pairs of determined parameters that the data hardly tell apart."""
-    report = result.identifiability
-    assert report is not None
-    known = [i for i, ok in enumerate(report.determined) if ok]
-    pairs = [
-        f"{report.keys[i]} and {report.keys[j]} ({report.correlation[i, j]:+.3f})"
-        for i in known
-        for j in known
-        if i < j and abs(report.correlation[i, j]) > threshold
-    ]
-    return [f"Strongly correlated: {', '.join(pairs)}."] if pairs else []

@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from lce_app.cli.arguments import add_pace, add_settings, check_inputs
-from lce_app.use_cases.settings import parse_settings
+from lce_data.settings import parse_settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,8 +7,8 @@ import argparse
 from pathlib import Path
 
 from lce_app.cli.arguments import add_settings, check_inputs, print_files
-from lce_app.use_cases.settings import parse_settings
 from lce_data.errors import LceError
+from lce_data.settings import parse_settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

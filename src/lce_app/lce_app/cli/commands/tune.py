@@ -26,7 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--settling", type=float, default=math.inf, metavar="S", help="slowest settling within 2 %%; default: any"
     )
     parser.add_argument(
-        "--shake", type=float, default=0.05, metavar="W", help="largest RMS ripple of the power under noise (0.05 W)"
+        "--power-ripple",
+        "--shake",
+        type=float,
+        default=0.05,
+        metavar="W",
+        help="largest RMS ripple of the power under noise (0.05 W); --shake is its former name",
     )
     parser.add_argument(
         "--bench",
@@ -56,7 +61,7 @@ def main(args: argparse.Namespace) -> int:
 
     options = Options(
         model=args.model,
-        requirements=Requirements(args.rise, args.settling, args.overshoot, args.undershoot, args.shake),
+        requirements=Requirements(args.rise, args.settling, args.overshoot, args.undershoot, args.power_ripple),
         search=TuneOptions(seed=args.seed, experiments=args.experiments),
         on_nodes=args.bench is not None,
         strip=strip,

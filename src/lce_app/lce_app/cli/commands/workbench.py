@@ -4,16 +4,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import secrets
 import socket
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from lce_app.cli.arguments import check_inputs
 from lce_data.errors import LceError
-
-if TYPE_CHECKING:
-    from lce_app.workbench.session import Role
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,43 +35,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
-    folder, chosen = _folder(args.runs)
+    check_inputs([*args.runs, *([args.model] if args.model else [])])
     from lce_app.workbench import server
     from lce_app.workbench.guard import is_loopback
+    from lce_app.workbench.session import folder_and_roles
     from lce_app.workbench.state import WorkbenchState
 
-    if args.model:
-        _check_there(args.model)
+    folder, chosen = folder_and_roles(args.runs or [Path("runs") if Path("runs").is_dir() else Path()])
     state = WorkbenchState(folder)
     state.session.make_place()
     _check_free(args.host, args.port)
     token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
-    server.prepare(state, chosen, args.model)
+    server.set_up(state, chosen, args.model)
     print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
     server.serve(args.host, args.port, token)
     if state.fatal_error:
         raise LceError(state.fatal_error)
     return 0
-
-
-def _folder(paths: list[Path]) -> tuple[Path, dict[str, Role]]:
-    """The folder of the page; if single runs were named, also the role of each run in it."""
-    from lce_app.workbench.session import find_runs, is_run
-
-    paths = paths or [Path("runs") if Path("runs").is_dir() else Path()]
-    for path in paths:
-        _check_there(path)
-    places = [path.resolve() for path in paths]
-    if len(places) == 1 and places[0].is_dir() and not is_run(places[0]):
-        return places[0], {}
-    folder = Path(os.path.commonpath([place.parent for place in places]))
-    return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}
-
-
-def _check_there(path: Path) -> None:
-    """Raise LceError if a file or folder does not exist."""
-    if not path.exists():
-        raise LceError(f"{path}: no such file or folder")
 
 
 def _check_free(host: str, port: int) -> None:

@@ -5,21 +5,21 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
 from nicegui import ui
 
-from lce_app.use_cases.settings import parse_settings
 from lce_app.workbench import drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.topic_monitor import KEPT_S
 from lce_data.errors import LceError
+from lce_data.settings import parse_settings
 from lce_data.waveforms import SHAPES
+from lce_experiment.plan import new_folder
 
 LEVELS: Final = ("ok", "warning", "error")
 ARMED: Final = "hardware"
@@ -27,10 +27,10 @@ ARMED: Final = "hardware"
 
 def fill(state: WorkbenchState) -> Callable[[], None]:
     """The tab, and what brings it up to date."""
-    return Bench(state).follow
+    return BenchTab(state).follow
 
 
-class Bench:
+class BenchTab:
     """The tab; ``follow`` brings the live part up to date."""
 
     def __init__(self, state: WorkbenchState) -> None:
@@ -120,7 +120,7 @@ def _recording(state: WorkbenchState, protocol: str) -> tuple[str, str, Path]:
     if protocol.partition(":")[0] not in SHAPES:
         protocol = str(_inside(state.folder, protocol, ".csv", "neither a protocol nor a CSV file in this folder"))
     kind = Path(protocol).stem.partition(":")[0]
-    return f"Run {kind}", protocol, state.folder / f"{datetime.now(UTC):%Y%m%d-%H%M%S}_{kind}"
+    return f"Run {kind}", protocol, new_folder(state.folder, kind)
 
 
 def _inside(folder: Path, text: str, suffix: str, else_: str) -> Path:

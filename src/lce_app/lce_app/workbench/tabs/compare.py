@@ -14,7 +14,7 @@ from lce_analysis.comparison.conditions import BRANCHES, ErrorShares, Flags, Ope
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
 from lce_app.workbench.state import WorkbenchState
-from lce_data.channels import SENSORS
+from lce_data.channels import channel_named
 from lce_report import Block
 from lce_report.figures.errors import misfit, where
 from lce_report.figures.run import Colouring, run_section
@@ -89,7 +89,7 @@ def picked_samples(comparison: Comparison, pick: str, row: int, column: int) -> 
     if not pick:
         return found
     name, table = pick.split()
-    channel = next(channel for channel in SENSORS if channel.name == name)
+    channel = channel_named(name)
     shares = comparison.shares[channel]
     for run in comparison.runs:
         if (compared := run.channels.get(channel)) is None:

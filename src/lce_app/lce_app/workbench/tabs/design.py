@@ -3,21 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from nicegui import ui
 
-from lce_app.use_cases.design import DEFAULTS
+from lce_analysis.options import DesignOptions
 from lce_app.workbench import command_lines, drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
+from lce_app.workbench.records import DesignRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs.bench import run_simulated
 from lce_data.errors import LceError
+from lce_data.units import KELVIN
+from lce_data.wave_file import read_wave
+from lce_experiment.config import laser_limit_w
 from lce_model.effects import library
 
 
@@ -29,12 +30,14 @@ def fill(state: WorkbenchState) -> None:
         return
     ui.label("The waveform, within the limits, after which two effects that look alike are told apart best.")
     first, second = likely_pair(state)
+    usual, laser_w = DesignOptions(), laser_limit_w()
+    usual_c = usual.max_temperature_k - KELVIN
     with ui.row().classes("line"):
         one = ui.select(list(library()), value=first, label="Effect")
         other = ui.select(list(library()), value=second, label="Looks like")
-        power_w = ui.number("Laser at most [W]", value=2.0, min=0.05, max=2.0, step=0.1)
-        hottest_c = ui.number("Strip at most [°C]", value=110.0, min=30.0, max=180.0, step=5.0)
-        longest_s = ui.number("Longest [s]", value=150.0, min=30.0, max=600.0, step=10.0)
+        power_w = ui.number("Laser at most [W]", value=min(usual.max_power_w, laser_w), min=0.05, max=laser_w, step=0.1)
+        hottest_c = ui.number("Strip at most [°C]", value=usual_c, min=30.0, max=180.0, step=5.0)
+        longest_s = ui.number("Longest [s]", value=usual.duration_s, min=30.0, max=600.0, step=10.0)
 
         def begin() -> None:
             limits = _number(power_w), _number(hottest_c), _number(longest_s)
@@ -62,9 +65,10 @@ def design(state: WorkbenchState, number: int, between: tuple[str, str], limits:
 
 def likely_pair(state: WorkbenchState) -> tuple[str, str]:
     """The strongest candidate of the diagnosis and what it looks like; else the first two of the library."""
-    for candidate in (state.diagnosis() or {"candidates": []})["candidates"]:
-        if candidate["aliases"]:
-            return candidate["effect"], candidate["aliases"][0]
+    found = state.diagnosis()
+    for candidate in found.candidates if found is not None else ():
+        if candidate.aliases:
+            return candidate.effect, candidate.aliases[0]
     first, second, *_ = library()
     return first, second
 
@@ -75,20 +79,12 @@ def _number(field: ui.number) -> float:
     return float(field.value)
 
 
-def _designed(state: WorkbenchState, file: Path, about: Mapping[str, Any]) -> None:
+def _designed(state: WorkbenchState, file: Path, about: DesignRecord) -> None:
     """A waveform, what it is worth, and the button that runs it."""
-    time_s, power_w = np.loadtxt(file, delimiter=",", skiprows=1, unpack=True)
-    one, other = about["between"]
-    enough = (
-        ""
-        if about["separation"] > DEFAULTS.plain_separation
-        else " Too little to tell them apart: give more time, power or heat."
-    )
+    time_s, power_w = read_wave(file)
+    one, other = about.between
     ui.html(f"<h2>{one} or {other}</h2>", sanitize=False)
-    ui.label(
-        f"{about['protocol']}: {time_s[-1]:.0f} s, {power_w.max():.2f} W and {about['hottest_c']:.0f} °C at most. "
-        f"After the rival is refitted, {about['separation']:.1f} standard deviations of the noise remain.{enough}"
-    )
+    ui.label(" ".join(about.sentences or (about.protocol,)))
     Figures(lambda: drawings.wave(f"{one} or {other}", time_s, power_w))
     wave = file.relative_to(state.folder).as_posix()
 

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from nicegui import ui
 
@@ -14,6 +14,7 @@ from lce_app.workbench import command_lines, drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
+from lce_app.workbench.records import CandidateRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_model.effects import library
 
@@ -44,11 +45,11 @@ def fill(state: WorkbenchState) -> None:
         ui.label("This model has not been diagnosed yet.")
         return
     with ui.element("section").classes("answer").props('aria-label="the answer"'):
-        ui.html(f"<h2>{VERDICTS[found['verdict']]}</h2>", sanitize=False).mark("verdict")
-        for sentence in found["sentences"]:
+        ui.html(f"<h2>{VERDICTS[found.verdict]}</h2>", sanitize=False).mark("verdict")
+        for sentence in found.sentences:
             ui.label(sentence)
     Figures(lambda: drawings.candidates(found))
-    for i, candidate in enumerate(sorted(found["candidates"], key=lambda c: c["effect"] not in found["added"])):
+    for i, candidate in enumerate(sorted(found.candidates, key=lambda c: c.effect not in found.added)):
         if i == SHOWN:
             ui.html("<h2>The rest of the library</h2>", sanitize=False)
         _candidate(state, candidate)
@@ -87,14 +88,14 @@ def add(state: WorkbenchState, effect: str) -> None:
     turn_to("Add")
 
 
-def _candidate(state: WorkbenchState, candidate: Mapping[str, Any]) -> None:
-    effect = library().get(candidate["effect"])
-    visible = f"{candidate['visibility']:.0%} visible" if candidate["shown"] else "these data would not show it"
-    caption = f"evidence {candidate['evidence']:.3g}, fall {candidate['predicted_fall']:.1%}, {visible}"
+def _candidate(state: WorkbenchState, candidate: CandidateRecord) -> None:
+    effect = library().get(candidate.effect)
+    visible = f"{candidate.visibility:.0%} visible" if candidate.shown else "these data would not show it"
+    caption = f"evidence {candidate.evidence:.3g}, reduction {candidate.predicted_fall:.1%}, {visible}"
     with (
-        ui.expansion(candidate["effect"], caption=caption)
+        ui.expansion(candidate.effect, caption=caption)
         .classes("candidate")
-        .mark(f"candidate {candidate['effect']}") as open_
+        .mark(f"candidate {candidate.effect}") as open_
     ):
         if effect is not None:
             ui.label(f"{effect.title}: {effect.meaning}")
@@ -104,26 +105,26 @@ def _candidate(state: WorkbenchState, candidate: Mapping[str, Any]) -> None:
                     with ui.element("li"):
                         unit = "" if p.unit == "1" else f" {p.unit}"
                         ui.label(f"{p.name}: {p.description}, {p.lower:g} … {p.upper:g}{unit} ({p.source})")
-        expected = ", ".join(f"{key} = {value:.3g}" for key, value in candidate["settings"].items())
-        ui.label(f"Expected: {expected}; p = {candidate['p_value']:.1e}.")
-        if candidate["aliases"]:
+        expected = ", ".join(f"{key} = {value:.3g}" for key, value in candidate.settings.items())
+        ui.label(f"Expected: {expected}; p = {candidate.p_value:.1e}.")
+        if candidate.aliases:
             ui.label(
-                f"In these data it looks like {', '.join(candidate['aliases'])}. The tab Design designs the "
+                f"In these data it looks like {', '.join(candidate.aliases)}. The tab Design designs the "
                 "experiment that would tell."
             )
         place = ui.element("div")
-        ui.button(f"Add {candidate['effect']}", on_click=notify_errors(partial(add, state, candidate["effect"]))).props(
+        ui.button(f"Add {candidate.effect}", on_click=notify_errors(partial(add, state, candidate.effect))).props(
             "outline no-caps"
-        ).classes("as-wide").mark(f"add {candidate['effect']}")
+        ).classes("as-wide").mark(f"add {candidate.effect}")
     open_.on_value_change(_once(lambda: _signature(state, candidate, place)))
 
 
-def _signature(state: WorkbenchState, candidate: Mapping[str, Any], place: ui.element) -> None:
+def _signature(state: WorkbenchState, candidate: CandidateRecord, place: ui.element) -> None:
     """Draw what the effect would look like, in the run learnt from that is first."""
     model, run = state.model(), next(iter(state.runs("train").values()), None)
     if model is not None and run is not None:
         with place:
-            Figures(lambda: drawings.signature(model, run, candidate["effect"], candidate["settings"]))
+            Figures(lambda: drawings.signature(model, run, candidate.effect, candidate.settings))
 
 
 def _once(act: Callable[[], None]) -> Callable[[], None]:

@@ -50,7 +50,7 @@ def commands(state: WorkbenchState) -> list[str]:
     lines = [command_lines.compare(state, model), command_lines.diagnose(state, model)]
     if command := state.session.kept(number).command:
         lines.append(command)
-    return lines + [design["command"] for _, design in state.designs()]
+    return lines + [design.command for _, design in state.designs()]
 
 
 def _download(label: str, file: Path) -> None:
