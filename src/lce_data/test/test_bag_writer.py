@@ -2,6 +2,8 @@
 """Bags: any reader takes them, arrival does not order them, and what a crash leaves can be repaired."""
 
 import struct
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +13,13 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from lce_data.bag import message_types
 from lce_data.bag import metadata as bag_metadata
 from lce_data.bag.message_types import message_type
 from lce_data.bag.repair import repair
 from lce_data.bag.writer import BagWriter
 from lce_data.errors import LceError
+from lce_data.topics import RECORDED
 
 POWER, DISPLACEMENT = "/lce/laser/power", "/lce/displacement"
 FOREVER = {"sec": 9223372036, "nsec": 854775807}
@@ -98,6 +102,32 @@ def test_mcap_carries_the_definitions_and_rosbag2_metadata(tmp_path: Path) -> No
         and beside["message_count"] == 200
         and beside["relative_file_paths"] == ["recording.mcap"]
     )
+
+
+RECORDED_TYPES = sorted(set(RECORDED.values()))
+
+
+@pytest.fixture
+def no_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A machine without a ROS prefix, and nothing looked up before."""
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    for looked_up in (message_type, message_types._store):
+        looked_up.cache_clear()
+    yield
+    for looked_up in (message_type, message_types._store):
+        looked_up.cache_clear()
+
+
+@pytest.mark.parametrize("name", RECORDED_TYPES)
+def test_types_are_those_of_jazzy_with_and_without_a_ros_prefix(name: str, request: pytest.FixtureRequest) -> None:
+    installed = message_type(name)
+    request.getfixturevalue("no_ros")
+    bundled = message_type(name)
+    assert installed is not bundled and installed == bundled
+    jazzy = get_typestore(Stores.ROS2_JAZZY)
+    assert bundled.hash == jazzy.hash_rihs01(name)
+    assert bundled.definition == jazzy.generate_msgdef(name, ros_version=2)[0]
 
 
 @pytest.mark.parametrize("name", ["sensor_msgs/msg/Temperature", "diagnostic_msgs/msg/DiagnosticArray"])
