@@ -1,21 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `lce control`: the four panels of Wu (2021), Figs. 6.6 to 6.10, for each target."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from lce_control.positioning import Positioning
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
+from lce_data.topics import SETPOINT
 from lce_report.blocks import Axis, Curve, Grid, Lines, Section, Table
 from lce_report.figures.axes import TIME, displayed, value_axis
 from lce_report.html.render import render
 from lce_report.pages.footer import WRITTEN_BY
-
-if TYPE_CHECKING:
-    from lce_experiment.positioning.outcome import Positioning
 
 HEAD: Final = (
     "target [mm]",
@@ -26,8 +23,6 @@ HEAD: Final = (
     "RMSE after 30 s",
     "energy [J]",
 )
-SETPOINT: Final = "temperature_setpoint"
-"""Topic of the inner loop's setpoint, °C."""
 
 
 def rows(runs: Sequence[Positioning]) -> list[tuple[str, ...]]:
