@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lce_report.blocks import Bars, Block, Grid, Heat, Lines, Loop, Table
-from lce_report.html.arrays import Arrays, Samples, distinct, visible
+from lce_report.blocks import Bars, Block, Curve, Grid, Heat, Lines, Loop, Table, Trace
+from lce_report.html.arrays import Arrays, Indices, Samples, distinct, visible
+from lce_report.html.description import (
+    CurveDescription,
+    FigureDescription,
+    LinesDescription,
+    LoopDescription,
+    TraceDescription,
+)
 from lce_report.html.templates import templates
 
 if TYPE_CHECKING:
@@ -33,9 +40,10 @@ class Fragment:
     """
 
     def __init__(self, arrays: Arrays | Samples) -> None:
-        self.figures: list[dict[str, Any]] = []
+        self.figures: list[LinesDescription | LoopDescription] = []
         self.arrays = arrays
         self._answers = isinstance(arrays, Samples)
+        # Any: its attributes are the macros of the template, which have no types.
         self._html: Any = templates().get_template("blocks.html").module
 
     def block(self, block: Block) -> Markup:
@@ -59,36 +67,44 @@ class Fragment:
                 html = self._html.table(block, numeric)
         return html
 
-    def _figure(self, block: Lines | Loop) -> dict[str, Any]:
-        return {
+    def _figure(self, block: Lines | Loop) -> LinesDescription | LoopDescription:
+        figure: FigureDescription = {
             "title": block.title,
             "xAxis": vars(block.x_axis),
             "yAxis": vars(block.y_axis),
             "linked": block.linked,
             "height": block.height,
-            **(self._lines(block) if isinstance(block, Lines) else self._loop(block)),
         }
+        if isinstance(block, Loop):
+            return {**figure, "traces": [self._trace(trace) for trace in block.traces]}
+        edges = [e for c in block.curves for e in (c.y, c.low, c.high) if e is not None]
+        keep = np.arange(block.x.size) if self._answers else visible(edges)
+        x = self.arrays.add(block.x[keep])
+        return {**figure, "x": x, "curves": [self._curve(curve, keep) for curve in block.curves]}
 
-    def _lines(self, figure: Lines) -> dict[str, Any]:
-        edges = [e for c in figure.curves for e in (c.y, c.low, c.high) if e is not None]
-        keep = np.arange(figure.x.size) if self._answers else visible(edges)
-        x, curves = self.arrays.add(figure.x[keep]), []
-        for c in figure.curves:
-            given = {
-                name: values for name, values in (("y", c.y), ("low", c.low), ("high", c.high)) if values is not None
-            }
-            packed = {name: self.arrays.add(values[keep]) for name, values in given.items()}
-            curves.append({"label": c.label, "role": c.role, "form": c.form} | packed)
-        return {"x": x, "curves": curves}
+    def _curve(self, curve: Curve, keep: Indices) -> CurveDescription:
+        """The samples ``keep`` of a curve."""
+        y = self.arrays.add(curve.y[keep])
+        described: CurveDescription = {"label": curve.label, "role": curve.role, "form": curve.form, "y": y}
+        if curve.low is not None:
+            described["low"] = self.arrays.add(curve.low[keep])
+        if curve.high is not None:
+            described["high"] = self.arrays.add(curve.high[keep])
+        return described
 
-    def _loop(self, figure: Loop) -> dict[str, Any]:
-        traces = []
-        for t in figure.traces:
-            keep = distinct(t.x, t.y, joined=t.form != "points")
-            given = {name: values for name, values in (("x", t.x), ("y", t.y), ("at", t.at)) if values is not None}
-            packed = {name: self.arrays.add(values[keep]) for name, values in given.items()}
-            traces.append({"label": t.label, "role": t.role, "form": t.form} | packed)
-        return {"traces": traces}
+    def _trace(self, trace: Trace) -> TraceDescription:
+        keep = distinct(trace.x, trace.y, joined=trace.form != "points")
+        x, y = self.arrays.add(trace.x[keep]), self.arrays.add(trace.y[keep])
+        described: TraceDescription = {
+            "label": trace.label,
+            "role": trace.role,
+            "form": trace.form,
+            "x": x,
+            "y": y,
+        }
+        if trace.at is not None:
+            described["at"] = self.arrays.add(trace.at[keep])
+        return described
 
 
 def _heat_cells(heat: Heat) -> list[list[dict[str, str | None]]]:
