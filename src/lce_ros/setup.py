@@ -16,6 +16,6 @@ setup(
     zip_safe=False,
     maintainer="LCE bench contributors",
     maintainer_email="lce-bench@example.org",
-    description="What every node of the bench shares: topics, declared parameters, diagnostics, start and end.",
+    description="What every node of the bench shares: parameters, messages, diagnostics, start and end.",
     license="Apache-2.0",
 )

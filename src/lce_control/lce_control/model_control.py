@@ -31,7 +31,7 @@ class ModelController:
     model : the identified model of the strip.
     max_power_w : limit of the power [W].
     hottest_k : the strip is not heated beyond this temperature [K].
-    horizon_s : how long a power is meant to be held [s]; longer is calmer.
+    horizon_s : how long a power is planned to be held [s]; longer is calmer.
     camera_noise_k : standard deviation of the camera's noise [K].
     bias_s : time constant of the bias of the displacement [s].
     delay_s : time until the laser applies a new power [s]; until then it applies the present one.

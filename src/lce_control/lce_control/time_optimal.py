@@ -7,11 +7,11 @@ from typing import Final
 from lce_model import Stepper
 
 HALVINGS: Final = 13
-"""Of the range of powers: 2 W to a quarter of a milliwatt."""
+"""How often the range of powers is halved: from 2 W down to a quarter of a milliwatt."""
 COASTING_S: Final = 0.1
-"""Steps in which a strip is followed in the dark [s]."""
+"""Length of the steps in which a strip without light is simulated [s]."""
 LONGEST_COASTING: Final = 100
-"""How many of them at most."""
+"""Largest number of such steps."""
 
 
 def fastest_power_w(

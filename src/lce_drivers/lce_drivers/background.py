@@ -16,7 +16,7 @@ class Link(Protocol):
     """An open connection to a device."""
 
     def read(self) -> Reading | None:
-        """Wait a short time (at most about 0.2 s) for a reading; None if none came.
+        """Wait a short time (at most about 0.2 s) for a reading; None if it does not come.
 
         Raises NoReading if the device says that it has no value, OSError if the connection is broken.
         """
@@ -28,7 +28,7 @@ class Link(Protocol):
 class Background:
     """A SensorDevice that keeps the newest reading of a link, and connects again when the link breaks.
 
-    ``poll`` gives each reading at most once and never waits.
+    ``poll`` returns each reading at most once and never waits.
     """
 
     def __init__(self, connect: Callable[[], Link], name: str, retry_s: float = 1.0) -> None:
@@ -42,7 +42,7 @@ class Background:
         self._thread.start()
 
     def poll(self) -> Reading | None:
-        """The newest reading that was not given yet."""
+        """The newest reading, if an earlier call has not returned it; else None."""
         reading, self._newest = self._newest, None
         return reading
 

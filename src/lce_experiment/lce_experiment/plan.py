@@ -31,7 +31,7 @@ class Plan:
 
     Parameters
     ----------
-    protocol : what the player does, in words.
+    protocol : text for experiment.yaml: the protocol, or what is controlled.
     duration_s : how long that takes [s].
     folder : of the recording.
     model : model file of the strip; None for the bench's default strip.

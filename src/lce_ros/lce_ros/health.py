@@ -18,9 +18,9 @@ class Level(IntEnum):
 
 
 class Health:
-    """The present condition of a node, and its worst since the last message.
+    """The present condition of a node, and its worst condition since the last message.
 
-    A fault of a single tick is so seen at 1 Hz too.
+    So even a fault of a single tick is in the message of its second.
     """
 
     def __init__(self, name: str) -> None:

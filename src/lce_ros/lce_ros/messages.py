@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the values of a channel travel in messages: one row for each type of message, none for a sensor."""
+"""How the values of a channel travel in messages. A new type of message is a row here; a new sensor adds no code."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class MessageKind:
     ----------
     message : its class.
     write : the message of a value [recorded unit], the time of its measurement [s] and its variance.
-    read : value [recorded unit] and time of measurement [s] of a message; None where the type has no stamp.
+    read : value [recorded unit] and time of measurement [s] of a message; the time is None if the type has no stamp.
     """
 
     message: type
@@ -62,6 +62,6 @@ def to_message(channel: Channel, value: float, t_s: float, variance: float = 0.0
 
 
 def from_message(channel: Channel, message: Any) -> tuple[float, float | None]:
-    """Value [SI] and time of measurement [s] of a message; None where its type has no stamp."""
+    """Value [SI] and time of measurement [s] of a message; the time is None if its type has no stamp."""
     value, t_s = KINDS[channel.message].read(message)
     return channel.recorded.to_si(value), t_s

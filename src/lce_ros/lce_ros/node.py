@@ -81,8 +81,8 @@ class LceNode(Node):
     def every(self, period_s: float, callback: Callable[[], None], offset_s: float = 0.0) -> Timer:
         """Call back on every multiple of ``period_s`` [s] of the node's clock, or ``offset_s`` [s] after it.
 
-        A missed tick is left out, not made up. All nodes so tick together: a stream passes each of them in one tick,
-        in real time as in lockstep.
+        A missed tick is left out, not made up. All nodes tick together, so a stream passes all of them within one
+        tick, in real time as in lockstep.
         """
         period_ns, offset_ns = round(period_s * 1e9), round(offset_s * 1e9)
         last = 0
@@ -184,7 +184,7 @@ class LceNode(Node):
         self._health.report(level, message, **values)
 
     def close(self) -> None:
-        """Put what the node drives into its safe state; called on every way out. To be overridden."""
+        """Put what the node drives into its safe state. ``run`` calls it however the node ends; to be overridden."""
 
     def _publish_health(self) -> None:
         self._health.values["missed_ticks"] = self.missed_ticks

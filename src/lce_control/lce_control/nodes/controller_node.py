@@ -14,8 +14,8 @@ PERIOD_S: Final = 0.01
 class ControllerNode(LceNode):
     """A node that steps with each message of the topic that drives it.
 
-    A measurement so becomes a command as soon as it arrives; with a timer instead it would wait for up to a period in
-    every node of a cascade. After three ticks without a message, the node steps at every tick, 100 Hz, and notices that
+    So a measurement becomes a command as soon as it arrives. With a timer it would wait for up to a period in every
+    node of a cascade. After three ticks without a message, the node steps at every tick, at 100 Hz, and so notices that
     the sensor is silent.
     """
 

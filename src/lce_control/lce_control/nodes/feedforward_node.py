@@ -6,7 +6,7 @@ Subscribes  temperature          sensor_msgs/Temperature, °C: history of the st
 Parameters  model_file           path of a model file; empty: the default model
             branch               middle | heating | cooling: of the chart of the major loop (§6.4: middle);
                                  actual: from the state that the temperatures so far have led to; live
-            deadband_k           K, reversals of the temperature smaller than this are noise; live
+            deadband_k           K, reversals of the temperature smaller than this are taken for noise; live
 
 A displacement out of reach is refused with the reachable range and a temperature of NaN, never clipped.
 """
@@ -38,8 +38,8 @@ class Feedforward(LceNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("feedforward", **options)
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
-        self.declare("branch", "middle", "branch that answers", choices=(*BRANCHES, ACTUAL))
-        self.declare("deadband_k", 0.3, "reversals that are noise", unit="K", lower=0.0, upper=10.0)
+        self.declare("branch", "middle", "branch that gives the temperature", choices=(*BRANCHES, ACTUAL))
+        self.declare("deadband_k", 0.3, "smaller reversals are noise", unit="K", lower=0.0, upper=10.0)
         self._model = load_model(model_file) if model_file else default_model()
         self._chart = InverseChart(self._model)
         self._past: deque[tuple[float, float]] = deque(maxlen=HISTORY)

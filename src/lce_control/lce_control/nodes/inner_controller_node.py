@@ -10,7 +10,7 @@ Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
             setpoint_timeout_s    s, a setpoint older than this is ignored
             temperature_timeout_s s, a temperature older than this is ignored
 
-All parameters are live. The node publishes a command at once after each setpoint, and at 100 Hz if none comes. The
+All parameters are live. The node publishes a command at once after each setpoint, and at 100 Hz without any. The
 command is zero without a fresh setpoint or temperature; when both are back, control starts anew. When the node ends,
 its last command is zero.
 """

@@ -33,7 +33,7 @@ def declare_loop(node: LceNode, gains: Gains, limits: Callable[[], Limits], unit
     declare("derivative_weight", gains.derivative_weight, "share of the setpoint that the derivative sees", "", 1.0)
     declare("filter_gain", 1.0, "K_f of the filter of the measured value", "", 10.0, lower=0.1)
     declare("filter_s", 0.1, "T_f of the filter of the measured value", "s", 10.0)
-    declare("horizon_s", 0.2, "how far a sample is carried along its slope, 0: it is held", "s", 1.0)
+    declare("horizon_s", 0.2, "how long a sample is extrapolated along its slope; 0: it is held", "s", 1.0)
     loop = Loop(PID(gains, limits()), LowPass())
 
     def follow() -> None:

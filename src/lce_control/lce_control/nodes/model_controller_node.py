@@ -9,13 +9,13 @@ Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
 Parameters  model_file            path of a model file; empty: the default model
             max_power_w           W, limit of the command
             max_temperature_c     °C, limit of the temperature of the strip
-            horizon_s             s, how long a power is meant to be held: longer is calmer
+            horizon_s             s, how long a power is planned to be held: longer is calmer
             bias_s                s, time constant of the bias between the displacement and the model
             camera_noise_k        K, standard deviation of the camera's noise
             displacement_timeout_s s, a displacement older than this is ignored
             temperature_timeout_s s, a temperature older than this is ignored
 
-The node publishes a command at once after each displacement, and at 100 Hz if none comes. It refuses a target out of
+The node publishes a command at once after each displacement, and at 100 Hz without any. It refuses a target out of
 reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The command is zero without a
 target, a fresh displacement or a fresh temperature, and when the node ends.
 """
@@ -50,7 +50,7 @@ class ModelController(ControllerNode):
         hottest_c = self.declare("max_temperature_c", 110.0, "limit of the temperature of the strip", unit="°C",
                                  lower=30.0, upper=250.0, read_only=True)  # fmt: skip
         settings = {
-            "horizon_s": self.declare("horizon_s", 0.3, "how long a power is meant to be held", unit="s",
+            "horizon_s": self.declare("horizon_s", 0.3, "how long a power is planned to be held", unit="s",
                                       lower=0.02, upper=2.0, read_only=True),
             "bias_s": self.declare("bias_s", 0.05, "time constant of the bias of the displacement", unit="s",
                                    lower=0.02, upper=10.0, read_only=True),

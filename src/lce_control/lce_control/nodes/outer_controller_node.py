@@ -12,7 +12,7 @@ Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its ga
             lower_c, upper_c      °C, limits of the setpoint
             displacement_timeout_s s, a displacement older than this is ignored
 
-All parameters are live. The node publishes a setpoint at once after each displacement, and at 100 Hz if none comes. It
+All parameters are live. The node publishes a setpoint at once after each displacement, and at 100 Hz without any. It
 refuses a target out of reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The
 setpoint is NaN before the first target and without a fresh displacement.
 """

@@ -10,7 +10,7 @@ Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless s
             max_power_w           W, limit of the command
             displacement_timeout_s s, a displacement older than this is ignored
 
-All parameters are live. The node publishes a command at once after each displacement, and at 100 Hz if none comes. It
+All parameters are live. The node publishes a command at once after each displacement, and at 100 Hz without any. It
 refuses a target out of reach as `outer_controller` does. The command is zero without a target or a fresh displacement,
 and when the node ends.
 """

@@ -20,7 +20,7 @@ Parameters = Mapping[str, Mapping[str, float]]
 
 STEP_FIGURES: Final = ("rise_s", "settling_s", "overshoot", "undershoot", "power_ripple_w")
 NEVER_S: Final = 1e6
-"""Stands for a time that is never reached, and for a requirement of any time [s]."""
+"""In the place of a rise or settling time that a step never reaches, and of a requirement that allows any time [s]."""
 
 
 @dataclass(frozen=True, slots=True)

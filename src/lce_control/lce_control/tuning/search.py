@@ -182,7 +182,7 @@ def _cost(tuned: Tuned, wanted: Requirements) -> float:
 
 
 def _best(tries: Sequence[Tuned], wanted: Requirements) -> Tuned:
-    """The smallest J that meets the requirements; if none does, the one that misses least."""
+    """The candidate with the smallest J that meets the requirements; if no candidate meets them, the nearest one."""
     return min(tries, key=lambda t: (max(missing(t, wanted).values()) > 0.0, _cost(t, wanted)))
 
 

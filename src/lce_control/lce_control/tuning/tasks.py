@@ -28,7 +28,7 @@ SETPOINTS: Final = Limits(273.15, 383.15)
 STEADY_S: Final = np.concatenate([[0.0], np.geomspace(0.1, 3000.0, 300)])
 """(301,) times [s], after the last of which a strip under constant power is as hot as it gets."""
 HALVINGS: Final = 12
-"""Of the range of powers: 2 W to half a milliwatt."""
+"""How often the range of powers is halved: from 2 W down to half a milliwatt."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def keyence(node: SensorNode) -> SensorDevice:
     dialect = fixed("dialect", "lk_g5000", "series of the controller", choices=tuple(DIALECTS))
     out = fixed("out", 1, "output of the controller", lower=1, upper=12)
     mounting = Mounting(
-        sign=fixed("sign", 1.0, "-1 where contraction lowers the display", lower=-1.0, upper=1.0),
+        sign=fixed("sign", 1.0, "1, or -1 if contraction lowers the display", lower=-1.0, upper=1.0),
         zero=fixed("zero", 0.0, "sign * display of the strip at rest", unit="unit of the display"),
         metres=fixed("metres", 1e-3, "one unit of the display", unit="m", lower=1e-9, upper=1.0),
     )

@@ -48,7 +48,7 @@ def parse(answer: bytes, command: str) -> float:
     """Value in the unit of the display.
 
     The decimal point moves with the settings of the controller, so the field is parsed, not its columns. Raises
-    NoReading with what the controller said instead of a number.
+    NoReading, with the answer, if the controller did not send a number.
     """
     text = answer.decode("ascii", errors="replace").strip()
     if text.startswith("ER,"):
@@ -85,7 +85,7 @@ class Mounting:
 
 
 class Port(Protocol):
-    """What is used of serial.Serial."""
+    """The part of serial.Serial that the link uses."""
 
     def write(self, data: bytes, /) -> int | None:
         """Send bytes."""
@@ -101,7 +101,7 @@ class Port(Protocol):
 
 
 def open_port(path: str, baud_rate: int, timeout_s: float) -> Port:
-    """A serial port, 8N1. Raises OSError if there is none."""
+    """A serial port, 8N1. Raises OSError if the port does not exist or is in use."""
     import serial
 
     port: Port = serial.Serial(path, baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
@@ -118,7 +118,7 @@ class KeyenceLink:
         self._clock = clock
 
     def read(self) -> Reading | None:
-        """Ask once. Raises NoReading if the answer is no number, OSError if there is no answer."""
+        """Ask once. Raises NoReading if the answer is not a number, OSError if no answer comes."""
         asked_s = self._clock()
         try:
             value = parse(self._ask(self._command), self._command)

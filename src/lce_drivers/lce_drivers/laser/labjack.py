@@ -3,8 +3,8 @@
 
 Registers are big-endian pairs (function 3 reads, 16 writes). The device's watchdog is armed with a key that
 only this process writes: when the process dies or the cable breaks, the device itself takes DAC0 to 0 V. It
-counts in whole seconds, two at least: a backstop behind the 100 ms of the laser node and a hardware
-interlock, not instead of them.
+counts in whole seconds, two at least. It backs up the 100 ms of the laser node and a hardware interlock; it does
+not replace them.
 """
 
 import logging
@@ -30,7 +30,7 @@ KEY: Final = 0x4C4345
 
 
 class Registers(Protocol):
-    """Pairs of 16-bit registers; OSError where the device does not answer."""
+    """Pairs of 16-bit registers. Methods raise OSError if the device does not answer."""
 
     def read(self, address: int) -> tuple[int, int]:
         """The two registers from ``address`` on."""
@@ -106,7 +106,7 @@ class Calibration:
         return (self.max_v - self.threshold_v) / self.volts_per_watt
 
     def voltage(self, power_w: float) -> float:
-        """Voltage [V] for a power [W]; ValueError for what is not a power that the output can give."""
+        """Voltage [V] for a power [W]. Raises ValueError for a power that the output cannot give."""
         if not 0.0 <= power_w <= self.max_power_w * (1.0 + 1e-12):
             raise ValueError(f"{power_w:g} W is outside [0, {self.max_power_w:g}] W")
         return min(self.threshold_v + self.volts_per_watt * power_w, self.max_v) if power_w > 0.0 else 0.0
@@ -152,7 +152,7 @@ class LabJackLaser:
             raise OSError(f"product {product:g} is not a LabJack T7 or T8")
 
     def _arm(self, watchdog_s: int) -> None:
-        """Set the watchdog. Its settings live in flash memory, so only what differs is written."""
+        """Set the watchdog. Its settings are in flash memory, so only those that differ are written."""
         settings = {
             WATCHDOG_TIMEOUT_S: watchdog_s,
             WATCHDOG_RESET_ENABLE: 0,

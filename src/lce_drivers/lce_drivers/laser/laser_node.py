@@ -6,9 +6,9 @@ Subscribes  laser/power_command  std_msgs/Float64, W
 Publishes   laser/power          std_msgs/Float64, W as applied, 100 Hz
 Serves      laser/reset          std_srvs/Trigger: clears a fault, once its cause is gone
 Parameters  max_power_w          W, upper limit of what is ever applied
-            slew_w_per_s         W/s, fastest rise, 0 for no limit
+            slew_w_per_s         W/s, fastest rise; 0: not limited
             command_timeout_s    s, maximum age of a command; an older one gives zero power
-            temperature_required false declares a bench without a thermal camera; else there is no light without one
+            temperature_required zero power without a thermal camera; false declares a bench that has no camera
             max_temperature_c    °C, above it: fault
             max_jump_k           K, more between two readings: fault
             temperature_pause_s  s, maximum age of a temperature; zero power from then until the next one
@@ -17,9 +17,9 @@ Parameters  max_power_w          W, upper limit of what is ever applied
             labjack.*            host, port, volts_per_watt, threshold_v, max_v, timeout_s, watchdog_s
 
 The power is zero without a fresh, finite command, without a fresh temperature, from a fault of the temperature until
-laser/reset, and on every way out of the process. No process can act after `kill -9`, so the place where the power
-arrives does it: the simulator takes a laser/power older than 100 ms for zero, and the hardware's watchdog pulls its
-output to zero. A device that cannot be written ends the node with status 1.
+laser/reset, and on every way out of the process. After `kill -9` the node can do nothing more. Then the receiver of
+the power sets it to zero: the simulator if laser/power is older than 100 ms, the hardware by its watchdog. A device
+that cannot be written to ends the node with status 1.
 """
 
 import sys
@@ -104,7 +104,7 @@ class Laser(LceNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("laser", **options)
         self.declare("max_power_w", 2.0, "upper limit of the power", unit="W", lower=0.0, upper=10.0)
-        self.declare("slew_w_per_s", 0.0, "fastest rise, 0: no limit", unit="W/s", lower=0.0, upper=1e6)
+        self.declare("slew_w_per_s", 0.0, "fastest rise; 0: not limited", unit="W/s", lower=0.0, upper=1e6)
         self.declare(
             "command_timeout_s",
             0.1,
@@ -216,9 +216,7 @@ class Laser(LceNode):
             0.46,
             5.0,
         )
-        required = self.declare(
-            "temperature_required", True, "false: no thermal camera supervises the strip", read_only=True
-        )
+        required = self.declare("temperature_required", True, "false: the bench has no thermal camera", read_only=True)
         return Interlock(self._temperature_limits()) if required else None
 
     def _temperature_limits(self) -> TemperatureLimits:

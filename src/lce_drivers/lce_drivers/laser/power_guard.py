@@ -42,7 +42,7 @@ class PowerLimits:
     ----------
     max_power_w : [W].
     command_timeout_s : maximum age of a command [s].
-    slew_w_per_s : fastest rise [W/s], 0 for no limit.
+    slew_w_per_s : fastest rise [W/s]; 0: not limited.
     """
 
     max_power_w: float
@@ -58,7 +58,7 @@ class PowerLimits:
 
 
 class PowerGuard:
-    """Makes a safe power of commands.
+    """Turns commands into a safe power.
 
     c is the newest command received strictly before the tick, a its age::
 
@@ -84,7 +84,7 @@ class PowerGuard:
         self._commands.put(power_w, t_s)
 
     def power_w(self, tick_s: float, now_s: float) -> float:
-        """Power [W] for the tick at ``tick_s``; ``now_s`` [s] is later where the tick comes late."""
+        """Power [W] for the tick at ``tick_s``; ``now_s`` [s] is later if the tick comes late."""
         command = self._commands.get(tick_s)
         wanted, self.state = self._wanted(command, self._commands.age(now_s))
         ceiling = self._ceiling_w(max(0.0, now_s - self._applied_s))
@@ -95,7 +95,7 @@ class PowerGuard:
 
     @property
     def commanded(self) -> bool:
-        """Whether the last power came from a command, even one of zero or one that is not a power."""
+        """Whether the last power came from a fresh command; a command of zero and an invalid one count too."""
         return self.state not in (State.WAITING, State.STALE)
 
     def cut(self, now_s: float) -> float:

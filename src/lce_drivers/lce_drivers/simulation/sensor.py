@@ -63,7 +63,7 @@ class SimulatedSensor:
     def _is_due(self, t_s: float) -> bool:
         if math.isinf(self._rate_hz):
             return True
-        # A millionth of a period more: a sample at a multiple of the period is not to be rounded before it.
+        # A millionth of a period more, or rounding could put a sample at a multiple of the period before it.
         period = math.floor(t_s * self._rate_hz + 1e-6)
         due = period != self._period
         self._period = period

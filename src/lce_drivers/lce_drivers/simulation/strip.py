@@ -37,7 +37,7 @@ class Drive:
         self._waiting.append((t_s, power_w if math.isfinite(power_w) and power_w > 0.0 else 0.0))
 
     def advance(self, t_s: float) -> Iterator[tuple[float, float]]:
-        """Pieces (power_w, dt_s) from the last time to ``t_s``, none longer than 10 ms.
+        """Pieces (power_w, dt_s) from the last time to ``t_s``, each of 10 ms at most.
 
         The first call, and one after a gap of more than a minute or backwards (the clock was set), only sets
         the time.

@@ -3,9 +3,9 @@
 
 Subscribes  every topic of parameter `topics`, raw
 Parameters  out             folder of the recording; must not exist; empty: runs/DATE-TIME
-            topics          names, relative or absolute; "name pkg/msg/Type" for one that lce_data.topics lacks
-            after           topics that must have a message before the recorder subscribes to laser/power_command, a
-                            second later: a player that waits for the recorder so waits until everything arrives
+            topics          names, relative or absolute; "NAME pkg/msg/Type" for a topic that lce_data.topics lacks
+            after           the recorder subscribes to laser/power_command a second after each of these topics has had
+                            a message. A player that waits for the recorder then knows that everything arrives.
             flush_period_s  s, how often messages go to the operating system: the most that a kill -9 can cost
             experiment      JSON object, the beginning of experiment.yaml beside the bag
 
@@ -42,13 +42,14 @@ from lce_ros.qos import LATCHED, deeper
 _QUEUE = 1000
 """Messages that the middleware keeps while this process cannot read: 10 s at 100 Hz."""
 DISCOVERY_S = 1.0
-"""From the first message of the last topic of ``after`` to the subscription to commands. Processes that are finding
-each other delay each other, and half a second without a temperature is a fault once somebody commands the laser."""
+"""Time from the moment when every topic of ``after`` has had a message to the subscription to commands [s]. Processes
+that discover each other delay each other, and once somebody commands the laser, half a second without a temperature is
+a fault."""
 
 
 @dataclass(frozen=True)
 class _Stream:
-    """A topic as it was asked for, its resolved name, its type by name and as a class."""
+    """A topic as the parameter names it, its resolved name, and its type by name and as a class."""
 
     topic: str
     name: str
@@ -101,7 +102,7 @@ class Recorder(LceNode):
             self.declare(
                 "after",
                 [""],
-                "topics that must have a message before the recorder subscribes to commands",
+                "topics that must have a message before the recorder subscribes to laser/power_command",
                 read_only=True,
             ),
             _experiment(self.declare("experiment", "{}", "beginning of experiment.yaml, JSON", read_only=True)),
@@ -149,7 +150,7 @@ class Recorder(LceNode):
         self._count_lost(topic, info["publication_sequence_number"])
 
     def _count_lost(self, topic: str, number: int) -> None:
-        """Count gaps in the numbers that a publisher gives its messages; not where several share a topic."""
+        """Count gaps in the numbers that a publisher gives its messages, on topics with one publisher."""
         if topic not in self._lost:
             return
         last = self._numbers.get(topic, number - 1)
