@@ -17,20 +17,19 @@ from lce_app.workbench.state import WorkbenchState
 from lce_data.channels import CHANNELS, POWER, SENSORS, Channel
 from lce_data.run import Floats, Run
 from lce_model import Model
-from lce_report import Axis, Bars, Block, Curve, Figure, Grid, Group, Lines
+from lce_report import Axis, Block, Curve, Figure, Grid, Lines
 from lce_report.blocks import Role
 from lce_report.figures.axes import TIME, residual_axis, title, value_axis
 from lce_report.figures.errors import error_reductions
+from lce_report.pages.diagnosis import predicted_reductions
 
 SIDES: Final[dict[Use, tuple[str, Role]]] = {"train": ("learnt from", "model"), "test": ("held out", "residual")}
 
 
 def candidates(diagnosis: DiagnosisRecord) -> Sequence[Block]:
     """What each effect promises, strongest first."""
-    strong = sorted((c for c in diagnosis.candidates if c.predicted_fall > 0.005), key=lambda c: -c.predicted_fall)
-    reductions = Group("predicted reduction", "model", np.array([c.predicted_fall for c in strong]))
-    name = "Reduction of the squared error that the score test predicts, each effect alone"
-    return [Bars(name, "1", [c.effect for c in strong], [reductions], ".1%")] if strong else []
+    bars = predicted_reductions({c.effect: c.predicted_fall for c in diagnosis.candidates})
+    return [bars] if bars.labels else []
 
 
 def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]) -> Sequence[Block]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of `lce diagnose`: the answer, the candidates, the error before and after, and what is left."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -80,18 +80,17 @@ def render_diagnosis(
     return render("Which effect is missing", found.sentences, sections, provenance(found.model, every))
 
 
+def predicted_reductions(reductions: Mapping[str, float]) -> Bars:
+    """The reduction of the squared error that each effect alone promises, by its name; those above LEAST are drawn."""
+    strong = sorted((name for name in reductions if reductions[name] > LEAST), key=lambda name: -reductions[name])
+    group = Group("predicted reduction", "model", np.array([reductions[name] for name in strong]))
+    return Bars("Reduction of the squared error that the score test predicts", "1", strong, [group], digits=".1%")
+
+
 def _candidates(found: Diagnosis) -> list[Block]:
-    strong = sorted((s for s in found.scores if s.predicted_reduction > LEAST), key=lambda s: -s.predicted_reduction)
-    reductions = np.array([s.predicted_reduction for s in strong])
     return [
         ABOUT_CANDIDATES,
-        Bars(
-            "Reduction of the squared error that the score test predicts",
-            "1",
-            [s.effect.name for s in strong],
-            [Group("predicted reduction", "model", reductions)],
-            digits=".1%",
-        ),
+        predicted_reductions({s.effect.name: s.predicted_reduction for s in found.scores}),
         Table("The library", LIBRARY_HEAD, [_candidate(s, found.aliases[s.effect.name]) for s in found.scores]),
     ]
 
