@@ -20,6 +20,10 @@ from lce_model.effects import find, library
 class Addition:
     """A model refitted to the same runs without and with one more effect.
 
+    Attributes
+    ----------
+    effect : name of the effect.
+    before : refitted without it.
     model : with the effect, standard errors, and the record of the fit; ``model.fit["history"]`` is a table of the
     models tried, one mapping each, the oldest first.
     predicted_reduction, actual_reduction : of the squared error in units of the noise, as fractions.
@@ -60,9 +64,11 @@ def add_effect(
     ----------
     model : to which it is added.
     effect : a name of the library, or the path of an effect file.
-    runs, test_runs : learnt from, and held out.
+    runs : what the model is fitted to.
+    test_runs : held out; only the errors before and after are computed on them.
     options : when an effect counts as confirmed.
-    progress, cancel : hears of each step; a cancelled addition raises Cancelled.
+    progress : called after each step.
+    cancel : stops between two steps and raises Cancelled.
 
     Returns
     -------

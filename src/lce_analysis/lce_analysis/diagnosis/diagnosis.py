@@ -30,11 +30,20 @@ Errors = Mapping[str, float | None]
 class Diagnosis:
     """What is missing, and how that was found.
 
+    Attributes
+    ----------
+    verdict : "adequate" (nothing is missing), "missing" (effects of the library were added), "unexplained" (something
+        is left that no effect of the library explains) or "cannot_tell".
     before, model : refitted to the runs without any addition, and with what was accepted.
-    steps : the additions in their order; scores : of the first score test, one per effect of the library.
+    steps : the additions in their order.
+    scores : of the first score test, one per effect of the library, strongest evidence first.
     aliases : for each effect, those that look like it in these data.
-    runs : how many it was found from.
     rest : what the residual still depends on, strongest first.
+    fingerprint : what is left, in words; empty if it is noise.
+    noise_floor : RMS noise of each sensor, key and unit as a column of a CSV ("temperature_c", "displacement_m"); None
+        if it was not measured.
+    runs : number of runs that it was found from.
+    seconds : how long it took [s].
     error : NRMSE {"train" | "test": {"before" | "after": {"temperature_nrmse": …, "displacement_nrmse": …}}}.
     """
 
@@ -124,7 +133,8 @@ def diagnose(
     test_runs : held out; only the errors before and after are computed on them.
     effects : candidates, the whole library if None; those that the model already has are left out.
     options : when an effect counts as missing.
-    progress, cancel : hears of each step; a cancelled diagnosis raises Cancelled.
+    progress : called after each step.
+    cancel : stops between two steps and raises Cancelled.
 
     Returns
     -------
@@ -148,23 +158,23 @@ def diagnose(
     search = Search(model, runs, missing, options, watched(progress, cancel))
     search.forward()
     search.backward()
-    left, floor = search.fit.table[-1], search.seen.noise
-    rest = dependences(search.problem, left)
+    left, floor = search.fit.table[-1], search.score_tests.noise
+    rest = dependences(search.problem, left, options)
     fingerprint = in_words(rest, unlike_noise(search.problem, left, floor, options), options)
-    scores, before, after = search.first.scores, search.before, search.model()
+    first, before, after = search.first_score_tests, search.before, search.model()
     return Diagnosis(
         verdict=_verdict(bool(fingerprint), bool(search.steps), bool(search.doubtful)),
         before=before,
         model=after,
         steps=tuple(search.steps),
-        scores=tuple(scores),
+        scores=tuple(first.scores),
         aliases={
             s.effect.name: tuple(
                 o.effect.name
-                for o in scores
-                if o is not s and search.first.collinearity(s, o.effect.name) >= options.alias_correlation
+                for o in first.scores
+                if o is not s and first.collinearity(s, o.effect.name) >= options.alias_correlation
             )
-            for s in scores
+            for s in first.scores
         },
         rest=tuple(rest),
         fingerprint=fingerprint,

@@ -18,34 +18,36 @@ from lce_data.progress import Progress
 Floats = NDArray[np.float64]
 
 MAX_STEP: Final = 0.5
-"""Longest step of a variable that the linearisation is believed; a variable spans its bounds in π."""
+"""Longest step of a search variable over which a linearisation holds: a sixth of its bounds, which it spans in π. A
+number of the method, not a choice."""
 
 
 def in_noise(observed: Sequence[ObservedSeries], noise: Mapping[Channel, Noise]) -> tuple[ObservedSeries, ...]:
     """The series in units of their sensor's noise, not whitened."""
-    return tuple(replace(b, weight=1.0 / noise[b.channel].rms, whitening=np.ones(1)) for b in observed)
+    return tuple(replace(series, weight=1.0 / noise[series.channel].rms, whitening=np.ones(1)) for series in observed)
 
 
 def whitened(observed: Sequence[ObservedSeries], noise: Mapping[Channel, Noise]) -> tuple[ObservedSeries, ...]:
     """The series in units of the innovations of their sensor's noise."""
     return tuple(
-        replace(b, weight=1.0 / noise[b.channel].sigma, whitening=noise[b.channel].whitening) for b in observed
+        replace(series, weight=1.0 / noise[series.channel].sigma, whitening=noise[series.channel].whitening)
+        for series in observed
     )
 
 
 def raw(observed: Sequence[ObservedSeries]) -> tuple[ObservedSeries, ...]:
     """The series in the SI units of their sensors."""
-    return tuple(replace(b, weight=1.0, whitening=np.ones(1)) for b in observed)
+    return tuple(replace(series, weight=1.0, whitening=np.ones(1)) for series in observed)
 
 
 def gram(table: Floats, observed: Sequence[ObservedSeries], runs: int) -> Floats:
     """Inner products (runs, m, m) of raw rows (m, N), weighted by the weights and filters of the series."""
     found = np.zeros((runs, table.shape[0], table.shape[0]))
     end = 0
-    for b in observed:
-        begin, end = end, end + b.measured.size
-        white = b.weighted(table[:, begin:end])
-        found[b.run] += white @ white.T
+    for series in observed:
+        begin, end = end, end + series.measured.size
+        white = series.weighted(table[:, begin:end])
+        found[series.run] += white @ white.T
     return found
 
 
@@ -53,10 +55,10 @@ def noise_of(residual: Floats, observed: Sequence[ObservedSeries]) -> dict[Chann
     """Noise of each sensor from a raw residual (N,)."""
     parts: dict[Channel, list[Floats]] = {}
     end = 0
-    for b in observed:
-        begin, end = end, end + b.measured.size
+    for series in observed:
+        begin, end = end, end + series.measured.size
         part = residual[begin:end]
-        parts.setdefault(b.channel, []).append(part if b.keep is None else part[b.keep > 0.0])
+        parts.setdefault(series.channel, []).append(part if series.keep is None else part[series.keep > 0.0])
     return {channel: autoregressive(members) for channel, members in parts.items()}
 
 

@@ -169,7 +169,7 @@ def score_test(
         noise = noise_of(table[-1] - solved @ table[:-1], problem.observed)
     white = gram(table, whitened(problem.observed, noise), runs).sum(axis=0)
     plain = gram(table, in_noise(problem.observed, noise), runs).sum(axis=0)
-    size = sum(b.size for b in whitened(problem.observed, noise))
+    size = sum(series.size for series in whitened(problem.observed, noise))
     return ScoreTestResult(
         fit=fit,
         directions=columns,

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,12 @@ from lce_model import Model
 from lce_model.effects import Effect
 
 Floats = NDArray[np.float64]
+
+# Numbers of the line search that a refit begins with: they change how long it takes, not where it ends.
+LONGEST_FIRST_STEP: Final = 0.3
+"""Longest first step of a search variable, a tenth of its bounds."""
+STEP_LENGTHS: Final = (1.0, 0.4, 0.15)
+"""Shares of that step that are tried."""
 
 
 @dataclass(frozen=True)
@@ -84,16 +91,18 @@ def without_effect(problem: Problem, effect: Effect) -> Problem:
     return replace(problem, model=model, free=tuple(i for i in problem.free if i not in own))
 
 
-def first_step(seen: ScoreTestResult, score: Score) -> Problem:
-    """The full model moved to where the linearisation wants it, as far as that helps; one simulation each."""
-    base, plain = seen.fit.problem, seen.plain
-    base = replace(base, observed=in_noise(base.observed, seen.noise))
+def first_step(tested: ScoreTestResult, score: Score) -> Problem:
+    """The full model moved to the optimum of the linearisation, as far as that helps; one simulation a length."""
+    base, plain = tested.fit.problem, tested.plain
+    base = replace(base, observed=in_noise(base.observed, tested.noise))
     z, effect = base.first(), score.effect
     spec = effect.parameter(effect.strength)
     strength = float(np.clip(plain.strength[score.index], spec.lower - effect.null, spec.upper - effect.null))
-    shift = np.clip(plain.solve[:, -1] - strength * plain.solve[:, score.index], -0.3, 0.3)
+    shift = np.clip(
+        plain.solve[:, -1] - strength * plain.solve[:, score.index], -LONGEST_FIRST_STEP, LONGEST_FIRST_STEP
+    )
     best, least = base, math.inf
-    for length in (1.0, 0.4, 0.15):
+    for length in STEP_LENGTHS:
         there = base.at(z + length * shift)
         value = effect.null + length * strength
         there = replace(there, model=there.model.set({**score.direction.settings, effect.strength_key: value}))
@@ -121,8 +130,8 @@ class Search:
         problem = _problem(model, runs, self.candidates)
         problem = without_discontinuities(self._refit_present(problem, _misfit(problem)).problem)
         self.fit = self._refit_present(problem, _misfit(problem))
-        self.seen = self._examine(_misfit(self.fit.problem))
-        self.first, self.before = self.seen, self.model()
+        self.score_tests = self._score_tests(_misfit(self.fit.problem))
+        self.first_score_tests, self.before = self.score_tests, self.model()
 
     @property
     def problem(self) -> Problem:
@@ -132,18 +141,18 @@ class Search:
     def forward(self) -> None:
         """Add effects until nothing passes."""
         while len(self.steps) < self.options.max_effects and self._add_best():
-            self.seen = self._examine(self.seen.noise)
+            self.score_tests = self._score_tests(self.score_tests.noise)
 
     def force(self, effect: Effect) -> bool:
         """Add this effect whatever the data say of it; True if they confirm it."""
-        score = next(s for s in self.seen.by_reduction if s.effect.name == effect.name)
+        score = next(s for s in self.score_tests.by_reduction if s.effect.name == effect.name)
         (found,) = self._refits([score])
         self._accept(found, [found])
         return self._passes(found)
 
     def backward(self) -> None:
         """Take out what later additions have made superfluous."""
-        noise = self.seen.noise
+        noise = self.score_tests.noise
         for step in self.steps[:-1]:
             effect = next(e for e in self.candidates if e.name == step.added)
             label = f"without {effect.name}"
@@ -161,8 +170,8 @@ class Search:
         added = {s.added for s in self.steps}
         return [e for e in self.candidates if e.name not in added]
 
-    def _examine(self, noise: Mapping[Channel, Noise]) -> ScoreTestResult:
-        """Test with the noise of the richest fit, refit in units of it, and test again."""
+    def _score_tests(self, noise: Mapping[Channel, Noise]) -> ScoreTestResult:
+        """The score test of every effect: test with the noise of the richest fit, refit in units of it, test again."""
         label = "every effect at once"
         self.progress(label, 0, 2, float("nan"))
         noise = score_test(self.fit, self.remaining(), noise, estimate=True).noise
@@ -190,7 +199,7 @@ class Search:
 
     def _add_best(self) -> bool:
         most = self.options.refitted
-        likely = [*self.seen.scores[:most], *self.seen.by_reduction[:most]]
+        likely = [*self.score_tests.scores[:most], *self.score_tests.by_reduction[:most]]
         chosen = {s.effect.name: s for s in reversed(likely) if s.evidence > 0.0 or s.predicted_reduction > 0.0}
         refits = self._refits(list(chosen.values()))
         for best in refits:
@@ -216,15 +225,16 @@ class Search:
 
     def _refitted(self, scores: Sequence[Score]) -> list[LinearizedFit]:
         """The model refitted with each candidate alone."""
-        starts = [(f"with {s.effect.name}", with_effect(first_step(self.seen, s), s.effect)) for s in scores]
+        starts = [(f"with {s.effect.name}", with_effect(first_step(self.score_tests, s), s.effect)) for s in scores]
         tasks = [
-            partial(refit, start, self.seen.noise, label, iterations=self.options.iterations) for label, start in starts
+            partial(refit, start, self.score_tests.noise, label, iterations=self.options.iterations)
+            for label, start in starts
         ]
         return list(each(tasks, "refits", self.progress))
 
     def _least_noise(self, fits: Sequence[LinearizedFit]) -> dict[Channel, Noise]:
         """Of each channel the noise that the best refit leaves, or that of the richest linear fit if it is less."""
-        noise = self.seen.noise
+        noise = self.score_tests.noise
         left = min(fits, key=lambda fit: fit.plain_error(noise)).noise(noise)
         return {channel: min(left[channel], noise[channel], key=lambda n: n.rms) for channel in noise}
 
@@ -232,7 +242,7 @@ class Search:
         return found.gain > self._penalty(found.effect) and found.held_out > 0.0
 
     def _accept(self, best: Refit, refits: Sequence[Refit]) -> None:
-        noise = self.seen.noise
+        noise = self.score_tests.noise
         reduction = 1.0 - best.fit.plain_error(noise) / self.fit.plain_error(noise)
         alias_set = self._alias_set(best, refits)
         self.steps.append(Step(best.effect.name, alias_set, best.score.predicted_reduction, reduction))
@@ -241,7 +251,7 @@ class Search:
     def _alias_set(self, best: Refit, refits: Sequence[Refit]) -> tuple[str, ...]:
         """The effects that explain the same: refitted nearly as well, or collinear and never refitted.
 
-        Collinear is not enough if the bounds of the other's strength leave it less than half of the evidence.
+        Collinear is not enough if the bounds of the other's strength leave it too little of the evidence.
         """
 
         def penalised(r: Refit) -> float:
@@ -252,10 +262,10 @@ class Search:
         refitted = {r.effect.name for r in refits}
         collinear = [
             s.effect.name
-            for s in self.seen.scores
+            for s in self.score_tests.scores
             if s.effect.name not in refitted
-            and s.evidence > 0.5 * best.score.evidence
-            and self.seen.collinearity(best.score, s.effect.name) >= self.options.alias_correlation
+            and s.evidence > self.options.alias_evidence * best.score.evidence
+            and self.score_tests.collinearity(best.score, s.effect.name) >= self.options.alias_correlation
         ]
         return tuple(dict.fromkeys([best.effect.name, *close, *collinear]))
 
@@ -276,7 +286,8 @@ def _problem(model: Model, runs: Sequence[Run], candidates: Sequence[Effect]) ->
 
 
 def _misfit(problem: Problem) -> dict[Channel, Noise]:
-    """What the model leaves of each sensor, as if it were white noise: it balances the two before more is known."""
+    """The RMS residual of each sensor, taken for white noise: it balances the sensors before their noise is known."""
     first = problem.first()
-    sigma = {c: problem.series_rms(first, c) for c in dict.fromkeys(b.channel for b in problem.observed)}
+    channels = dict.fromkeys(series.channel for series in problem.observed)
+    sigma = {channel: problem.series_rms(first, channel) for channel in channels}
     return {channel: Noise(np.empty(0), s, s) for channel, s in sigma.items()}

@@ -24,7 +24,8 @@ from lce_data.noise import noise_floor
 
 Floats = NDArray[np.float64]
 
-KNOTS: Final = 9
+MAD_OF_NORMAL: Final = 0.6745
+"""Median of |x| of normal values with standard deviation 1."""
 UNPREDICTED_HEAT: Final = "temperature not predicted"
 """The model's displacement driven by the measured temperature, less that driven by the modelled one."""
 
@@ -46,8 +47,8 @@ class Dependence:
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """Covariates (n,) at the samples of one series, with its residual and the run's number."""
+class _ResidualSeries:
+    """The residual (n,) of one series, with the covariates (n,) at its samples and the run's number."""
 
     run: int
     residual: Floats
@@ -66,25 +67,26 @@ UNITS: Final = {
 }
 
 
-def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
+def dependences(problem: Problem, residual: Floats, options: DiagnoseOptions) -> list[Dependence]:
     """Every sensor against every covariate, strongest first; ``residual`` (N,) is measured minus model, unwhitened."""
-    seen: dict[Channel, list[_Seen]] = {}
+    by_channel: dict[Channel, list[_ResidualSeries]] = {}
     begin = 0
     parts = []
-    for b in problem.observed:
-        part = residual[begin : begin + b.measured.size]
-        parts.append(part if b.keep is None else part * b.keep)
-        begin += b.measured.size
+    for series in problem.observed:
+        part = residual[begin : begin + series.measured.size]
+        parts.append(part if series.keep is None else part * series.keep)
+        begin += series.measured.size
     starts = problem.split(problem.first())[1]
     for i in range(len(problem.inputs)):
         free = problem.model.vector[list(problem.free)]
         out = problem.outputs(i, free[None], starts[i : i + 1])[0]
-        for b, part in zip(problem.observed, parts, strict=True):
-            if b.run == i:
-                seen.setdefault(b.channel, []).append(_Seen(i, part, _covariates(problem, i, out, b.channel)))
+        for series, part in zip(problem.observed, parts, strict=True):
+            if series.run == i:
+                covariates = _covariates(problem, i, out, series.channel)
+                by_channel.setdefault(series.channel, []).append(_ResidualSeries(i, part, covariates))
     found = [
-        _dependence(channel, name, members)
-        for channel, members in seen.items()
+        _dependence(channel, name, members, options.knots)
+        for channel, members in by_channel.items()
         for name in UNITS
         if all(name in m.covariates for m in members)
     ]
@@ -93,7 +95,7 @@ def dependences(problem: Problem, residual: Floats) -> list[Dependence]:
 
 def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> dict[str, Floats]:
     grid = problem.inputs[run].time_s
-    series = next(b for b in problem.observed if b.run == run and b.channel is channel)
+    series = next(s for s in problem.observed if s.run == run and s.channel is channel)
     temperature = out[:, STATE["temperature"]]
     rate = np.gradient(temperature, grid)
     direction = out[:, STATE["direction"]]
@@ -125,11 +127,11 @@ def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> di
     return found
 
 
-def _dependence(channel: Channel, name: str, members: Sequence[_Seen]) -> Dependence:
+def _dependence(channel: Channel, name: str, members: Sequence[_ResidualSeries], count: int) -> Dependence:
     values = np.concatenate([m.covariates[name] for m in members])
     here = values[np.isfinite(values)]
     linear = name == UNPREDICTED_HEAT
-    knots = np.array([0.0]) if linear or here.size == 0 else np.unique(np.quantile(here, np.linspace(0, 1, KNOTS)))
+    knots = np.array([0.0]) if linear or here.size == 0 else np.unique(np.quantile(here, np.linspace(0, 1, count)))
     moments = []
     for m in members:
         x = m.covariates[name]
@@ -172,28 +174,30 @@ def _hats(x: Floats, knots: Floats) -> Floats:
 def unlike_noise(
     problem: Problem, residual: Floats, noise: Mapping[Channel, Noise], options: DiagnoseOptions
 ) -> list[str]:
-    """What no noise of a sensor is like in a residual (N,), in words: far too large, or full of jumps."""
-    parts = np.split(residual, np.cumsum([b.measured.size for b in problem.observed])[:-1])
+    """What sets a residual (N,) apart from the noise of any sensor, in words: its size, or its jumps."""
+    parts = np.split(residual, np.cumsum([series.measured.size for series in problem.observed])[:-1])
     found = []
-    for channel in dict.fromkeys(b.channel for b in problem.observed):
+    for channel in dict.fromkeys(series.channel for series in problem.observed):
         name = channel.name
-        members = [(b, part) for b, part in zip(problem.observed, parts, strict=True) if b.channel is channel]
-        series = [problem.inputs[b.run].run.series[channel] for b, _ in members]
-        rms = float(np.sqrt(np.mean(np.concatenate([part for _, part in members]) ** 2)))
-        ratio = rms / float(np.sqrt(np.mean([noise_floor(s) ** 2 for s in series])))
-        if ratio > options.rough and rms > 0.01 * max(float(np.ptp(s.value)) for s in series):
+        observed = [series for series in problem.observed if series.channel is channel]
+        own = [part for series, part in zip(problem.observed, parts, strict=True) if series.channel is channel]
+        measured = [problem.inputs[series.run].run.series[channel] for series in observed]
+        rms = float(np.sqrt(np.mean(np.concatenate(own) ** 2)))
+        ratio = rms / float(np.sqrt(np.mean([noise_floor(s) ** 2 for s in measured])))
+        if ratio > options.rough and rms > options.rough_range * max(float(np.ptp(s.value)) for s in measured):
             found.append(f"{name} is left with {ratio:.0f} times the sample-to-sample noise of its sensor")
-        observed = whitened([b for b, _ in members], noise)
-        white = np.concatenate([b.weighted(part) for b, (_, part) in zip(observed, members, strict=True)])
-        spread = float(np.median(np.abs(white))) / 0.6745
-        share = float(np.sum(white[np.abs(white) > 6.0 * spread] ** 2) / max(float(np.sum(white**2)), 1e-300))
+        innovations = [series.weighted(part) for series, part in zip(whitened(observed, noise), own, strict=True)]
+        white = np.concatenate(innovations)
+        spread = float(np.median(np.abs(white))) / MAD_OF_NORMAL
+        jumps = white[np.abs(white) > options.jump_size * spread]
+        share = float(np.sum(jumps**2) / max(float(np.sum(white**2)), 1e-300))
         if share > options.jumping:
             found.append(f"{name} jumps ({share:.0%} of what is new from sample to sample)")
     return found
 
 
 def in_words(found: Sequence[Dependence], unlike: Sequence[str], options: DiagnoseOptions) -> str:
-    """What is left as a sentence: dependences above the threshold, then all that is unlike noise; empty for neither."""
+    """What is left, as a sentence: dependences above the threshold, then what is unlike noise; empty if neither."""
     strong = [d for d in found if d.share >= options.structured]
     words = ["no effect of the library explains what is left"]
     if strong:

@@ -18,7 +18,7 @@ from scipy.signal import correlate
 Floats = NDArray[np.float64]
 
 LONGEST: Final = 24
-"""Highest order that is tried."""
+"""Highest order that is tried: it only bounds the work, as Schwarz's criterion chooses the order."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ score test's projection; the best is then confirmed by refitting the rival for g
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from lce_analysis.experiment_design.waves import random_wave, varied_wave, wave_
 from lce_analysis.identification.problem import Problem, observed_series
 from lce_analysis.options import DesignOptions
 from lce_analysis.prediction import simulation_input
-from lce_data.channels import SENSORS
+from lce_data.channels import POWER, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run, Series
@@ -34,18 +33,17 @@ from lce_model.effects import find as find_effect
 
 Floats = NDArray[np.float64]
 
-CAMERA_STEP: Final = 10
-"""Samples of the waveform per sample of the camera."""
-SIGMA: Final = {channel: channel.noise for channel in SENSORS}
-"""Noise of the bench's sensors, RMS in SI units."""
-NOISE: Final = {channel: Noise(np.empty(0), sigma, sigma) for channel, sigma in SIGMA.items()}
-
 
 @dataclass(frozen=True)
 class Design:
     """A waveform and what it is worth.
 
-    protocol : the text by which `lce run` knows the shape; power_w (n,) at 100 Hz is that, scaled to the limits.
+    Attributes
+    ----------
+    protocol : the text by which `lce run` knows the shape.
+    time_s : (n,) times [s], at 100 Hz.
+    power_w : (n,) laser power [W]: the protocol, scaled to the limits.
+    hottest_k : highest temperature [K] of the strip with either effect.
     separation : whitened distance √Σ((f_true - f_rival)/σ)² that remains after the rival is refitted, for the worse of
     the two ways round.
     """
@@ -83,8 +81,9 @@ def design(
     model : identified. An effect that it has keeps its strength; the other gets the one at which it changes the same
         series as much.
     between : the two effects, names of the library or paths of effect files.
-    options : limits of the bench, and how long to search.
-    progress, cancel : hears of the best separation so far; a cancelled search raises Cancelled.
+    options : limits and sensors of the bench, and how long to search.
+    progress : called after each waveform, with the best separation so far.
+    cancel : stops between two waveforms and raises Cancelled.
 
     Returns
     -------
@@ -149,7 +148,7 @@ def _judged(rivals: _Rivals, options: DesignOptions, kind: str, parts: Mapping[s
     time = np.arange(power.size) / RATE_HZ
     truths = [rivals.true(k) for k in (0, 1)]
     power, hottest = _within(truths, time, power, options.max_temperature_k)
-    worst = min(_distance(rivals, k, time, power) for k in (0, 1))
+    worst = min(_distance(rivals, k, time, power, options) for k in (0, 1))
     return Design(wave_text(kind, parts), time, power, hottest, worst)
 
 
@@ -165,39 +164,43 @@ def _within(truths: list[Model], time: Floats, power: Floats, max_temperature_k:
     return power, hottest
 
 
-def _problem(rivals: _Rivals, which: int, time: Floats, power: Floats) -> Problem:
+def _problem(rivals: _Rivals, which: int, time: Floats, power: Floats, options: DesignOptions) -> Problem:
     """The rival's view of what the true model would show, without noise."""
     true = simulate(rivals.true(which), time, power)
-    camera = slice(None, None, CAMERA_STEP)
-    run = Run.of(
-        "designed",
-        power=Series(time, power),
-        temperature=Series(time[camera], true.measured_temperature_k[camera]),
-        displacement=None if rivals.whole.deformation == "none" else Series(time, true.measured_displacement_m),
-    )
-    inputs = [simulation_input(run, rivals.whole)]
-    observed = observed_series(inputs, SIGMA)
+    series = {POWER: Series(time, power)}
+    for channel in SENSORS:
+        if rivals.whole.predicts(channel):
+            every = slice(None, None, options.camera_step if channel is TEMPERATURE else 1)
+            series[channel] = Series(time[every], true[channel][every])
+    inputs = [simulation_input(Run("designed", series), rivals.whole)]
+    observed = observed_series(inputs, options.noise)
     extra = {e.name for e in rivals.effects}
     free = tuple(i for i, v in enumerate(rivals.whole.values) if not v.fixed and v.term not in extra)
     ambient = np.array([rivals.whole["ambient.t_env"]])
     return Problem(rivals.whole, inputs, free, ambient, observed, (), (0,))
 
 
-def _distance(rivals: _Rivals, which: int, time: Floats, power: Floats) -> float:
+def _white(options: DesignOptions) -> dict[Channel, Noise]:
+    """The noise of the sensors, white."""
+    return {channel: Noise(np.empty(0), sigma, sigma) for channel, sigma in options.noise.items()}
+
+
+def _distance(rivals: _Rivals, which: int, time: Floats, power: Floats, options: DesignOptions) -> float:
     """What remains of the true model's signature when the rival and the free parameters are projected out."""
     rival = rivals.effects[1 - which]
-    seen = score_test(linearised(_problem(rivals, which, time, power)), [rival], NOISE, estimate=False).plain
-    return math.sqrt(max(0.0, seen.error - float(np.max(seen.reduction, initial=0.0))))
+    fit = linearised(_problem(rivals, which, time, power, options))
+    projection = score_test(fit, [rival], _white(options), estimate=False).plain
+    return math.sqrt(max(0.0, projection.error - float(np.max(projection.reduction, initial=0.0))))
 
 
 def _refitted(rivals: _Rivals, found: Design, options: DesignOptions, progress: Progress) -> float:
     """The separation with the rival refitted for good, the worse of both ways round."""
-    errors = []
+    errors, noise = [], _white(options)
     for which in (0, 1):
         rival = rivals.effects[1 - which]
-        problem = _problem(rivals, which, found.time_s, found.power_w)
+        problem = _problem(rivals, which, found.time_s, found.power_w, options)
         start = replace(problem, model=problem.model.set(rivals.strengths[1 - which]))
         label = f"{rival.name} refitted"
-        found_again = refit(with_effect(start, rival), NOISE, label, progress, options.iterations)
-        errors.append(found_again.plain_error(NOISE))
+        found_again = refit(with_effect(start, rival), noise, label, progress, options.iterations)
+        errors.append(found_again.plain_error(noise))
     return math.sqrt(min(errors))

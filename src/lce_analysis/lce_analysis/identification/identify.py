@@ -69,7 +69,7 @@ def fit(
     model : what to fit; its values are where the search begins.
     runs : with the series that the model needs.
     options : seed, what drives the deformation, and how long to search.
-    progress : hears of each step and of the error reached.
+    progress : called after each step, with the error reached.
     cancel : ends the fit, as Ctrl-C does, with the best values so far (``FitResult.interrupted``).
 
     Returns
@@ -266,42 +266,50 @@ class _Search:
         self.starts = starts
 
     def _two_step(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
-        """The rough solution p_r of §5.3, from the run whose displacement covers most.
+        """The rough solution p_r of §5.3, from the run whose series covers most.
 
-        A population that has closed in on a minimum is often in a local one, so its scattered members are refined
-        too, and a search that has not come down to the noise is repeated from another population.
+        A population that has closed in on a minimum is often in a local one, so a search that has not come down to the
+        noise is repeated from another population.
         """
-        reach = [float(np.ptp(b.measured)) for b in problem.observed]
-        widest = problem.observed[int(np.argmax(reach))]
+        one, enough = self._widest(problem)
+        reached: list[Optimum] = []
+        for attempt in range(self.options.evolutions):
+            name = f"{label}, evolution {attempt + 1}/{self.options.evolutions}"
+            reached.append(self._evolution(one, enough, name, attempt, box))
+            if self._searched_enough(reached):
+                break
+        yield min(reached, key=lambda optimum: optimum.rms).variables
+
+    def _widest(self, problem: Problem) -> tuple[Problem, float]:
+        """The problem of the series with the widest range alone, and the weighted RMS residual that ends a search."""
+        widest = max(problem.observed, key=lambda series: float(np.ptp(series.measured)))
         one = replace(
             problem, inputs=[problem.inputs[widest.run]], starts_k=np.zeros(1), observed=(replace(widest, run=0),)
         )
         samples = self.inputs[widest.run].time_s.size
-        enough = EPSILON * np.sqrt(samples) * self.model["strip.length"] * widest.weight
-        best: Optimum | None = None
-        reached: list[float] = []
-        for attempt in range(self.options.evolutions):
-            mine: Optimum | None = None
-            name = f"{label}, evolution {attempt + 1}/{self.options.evolutions}"
-            rough, population = evolve(one, float(enough), name, self.progress, (self.options.seed, attempt), box)
-            self._count(rough, len(self.inputs))
-            for guess in scattered(population, self.options.refined):
-                if self.interrupted:
-                    break
-                fine = levenberg_marquardt(one, guess, f"{name}, refined", self.progress, 100)
-                self._count(fine, len(self.inputs))
-                if mine is None or fine.rms < mine.rms:
-                    mine = fine
-            if mine is None:
+        return one, float(EPSILON * np.sqrt(samples) * self.model["strip.length"] * widest.weight)
+
+    def _evolution(
+        self, problem: Problem, enough: float, label: str, attempt: int, box: tuple[Floats, Floats]
+    ) -> Optimum:
+        """One population, and the best of its scattered members after least squares."""
+        rough, population = evolve(problem, enough, label, self.progress, (self.options.seed, attempt), box)
+        self._count(rough, len(self.inputs))
+        refined = []
+        for guess in scattered(population, self.options.refined):
+            if self.interrupted:
                 break
-            if best is None or mine.rms < best.rms:
-                best = mine
-            if self.interrupted or best.rms < self.options.noise_level:
-                break
-            if any(abs(mine.rms / other - 1.0) < self.options.same_minimum for other in reached) and mine is best:
-                break
-            reached.append(mine.rms)
-        yield rough.variables if best is None else best.variables
+            refined.append(levenberg_marquardt(problem, guess, f"{label}, refined", self.progress, 100))
+            self._count(refined[-1], len(self.inputs))
+        return min(refined, key=lambda optimum: optimum.rms, default=rough)
+
+    def _searched_enough(self, reached: Sequence[Optimum]) -> bool:
+        """Has the last population come down to the noise, or found the best minimum for the second time?"""
+        *others, last = reached
+        best = min(reached, key=lambda optimum: optimum.rms)
+        if self.interrupted or best.rms < self.options.noise_level:
+            return True
+        return last is best and any(abs(last.rms / other.rms - 1.0) < self.options.same_minimum for other in others)
 
     def _count(self, optimum: Optimum, share: int = 1) -> None:
         self.evaluations += optimum.evaluations // share
@@ -340,7 +348,7 @@ class _Search:
     def _misfit(self, problem: Problem) -> dict[Channel, float]:
         """RMS residual of each channel of a problem, at least its noise."""
         noise, first = self._noise(SENSORS), problem.first()
-        channels = dict.fromkeys(b.channel for b in problem.observed)
+        channels = dict.fromkeys(series.channel for series in problem.observed)
         return {channel: max(problem.series_rms(first, channel), noise[channel]) for channel in channels}
 
     def last_stage(self, deformation: Problem) -> Problem:

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 PARAMETER_STEP: Final = 1e-6
 START_STEP_K: Final = 1e-3
-"""Steps of the differences: of a parameter in the unbounded variable of the search, and of a start temperature."""
+"""Steps of the differences: of a parameter as a search variable, and of a start temperature."""
 
 _POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
 """The kernels release the interpreter lock, so threads use all cores."""
@@ -60,7 +60,7 @@ class ObservedSeries:
 class Problem:
     """Weighted least squares of several runs with one parameter set.
 
-    The variables are the free parameters ``free`` (positions in ``model.values``) in the unbounded coordinates, and
+    The variables are the free parameters ``free`` (positions in ``model.values``) as unbounded search variables, and
     behind them the start temperatures [K] of the runs ``free_starts``. Runs ``at_ambient`` start at the ambient
     temperature, whatever it is; all others at their entry of ``starts_k`` (runs,).
     """
@@ -81,7 +81,7 @@ class Problem:
     @property
     def size(self) -> int:
         """Number of residuals."""
-        return sum(b.size for b in self.observed)
+        return sum(series.size for series in self.observed)
 
     def first(self) -> Floats:
         """The variables at the values of the model."""
@@ -118,28 +118,30 @@ class Problem:
         """Weighted outputs (m, N) for rows (m, all parameters) at the start temperatures of the problem."""
         starts = np.broadcast_to(self.split(self.first())[1], (rows.shape[0], self.starts_k.size))
 
-        def work(i: int) -> list[Floats]:
+        def response_of_run(i: int) -> list[Floats]:
             return self._weighted(i, self.inputs[i].simulate(self.model, rows, np.ascontiguousarray(starts[:, i])))
 
-        return self._stack(self._each_run(work))
+        return self._stack(self._each_run(response_of_run))
 
     def _weighted(self, run: int, out: Floats) -> list[Floats]:
-        return [b.weighted(b.sampling(out[:, :, COLUMN[b.channel]])) for b in self.observed if b.run == run]
+        """Weighted outputs (m, size) of the series of one run."""
+        mine = [series for series in self.observed if series.run == run]
+        return [series.weighted(series.sampling(out[:, :, COLUMN[series.channel]])) for series in mine]
 
     def _modelled(self, run: int, free: Floats, start_k: Floats) -> list[Floats]:
         return self._weighted(run, self.outputs(run, free, start_k))
 
-    def _each_run(self, work: Callable[[int], list[Floats]]) -> list[list[Floats]]:
-        return list(_POOL.map(work, range(len(self.inputs))))
+    def _each_run(self, compute: Callable[[int], list[Floats]]) -> list[list[Floats]]:
+        return list(_POOL.map(compute, range(len(self.inputs))))
 
     def _stack(self, parts: list[list[Floats]]) -> Floats:
         """Per-run lists back into the order of ``observed``, along the last axis."""
         queues = [iter(p) for p in parts]
-        return np.concatenate([next(queues[b.run]) for b in self.observed], axis=-1)
+        return np.concatenate([next(queues[series.run]) for series in self.observed], axis=-1)
 
     @cached_property
     def _target(self) -> Floats:
-        return np.concatenate([b.weighted(b.measured) for b in self.observed])
+        return np.concatenate([series.weighted(series.measured) for series in self.observed])
 
     def residuals(self, variables: Floats) -> Floats:
         """(N,) weighted model minus measurement."""
@@ -151,7 +153,7 @@ class Problem:
         """Those of one run alone."""
         free, starts = self.split(variables)
         parts = self._modelled(run, free[None], starts[run : run + 1])
-        measured = [b.weighted(b.measured) for b in self.observed if b.run == run]
+        measured = [series.weighted(series.measured) for series in self.observed if series.run == run]
         return np.concatenate([m[0] - y for m, y in zip(parts, measured, strict=True)])
 
     def jacobian(self, variables: Floats, central: bool = False) -> Floats:
@@ -185,27 +187,27 @@ class Problem:
     def rms_of_rows(self, free: Floats, chunk: int = 16) -> Floats:
         """Weighted RMS residual (m,) of rows of free parameters (m, k); infinite where the model gives no number."""
 
-        def work(begin: int) -> Floats:
+        def rms_of_chunk(begin: int) -> Floats:
             rows = free[begin : begin + chunk]
             total = np.zeros(rows.shape[0])
             for i in range(len(self.inputs)):
                 start = np.full(rows.shape[0], self.starts_k[i])
-                mine = [b for b in self.observed if b.run == i]
+                mine = [series for series in self.observed if series.run == i]
                 for series, modelled in zip(mine, self._modelled(i, rows, start), strict=True):
                     total += np.sum((modelled - series.weighted(series.measured)) ** 2, axis=1)
             return np.sqrt(total / self.size)
 
-        rms = np.concatenate(list(_POOL.map(work, range(0, free.shape[0], chunk))))
+        rms = np.concatenate(list(_POOL.map(rms_of_chunk, range(0, free.shape[0], chunk))))
         return np.where(np.isfinite(rms), rms, np.inf)
 
     def series_rms(self, variables: Floats, channel: Channel) -> float:
         """RMS residual of one channel over all runs, in its SI unit; NaN if it was not measured."""
         residual = self.residuals(variables)
         total, count, begin = 0.0, 0, 0
-        for b in self.observed:
-            part = residual[begin : begin + b.size] / b.weight
-            begin += b.size
-            if b.channel is channel:
+        for series in self.observed:
+            part = residual[begin : begin + series.size] / series.weight
+            begin += series.size
+            if series.channel is channel:
                 total += float(part @ part)
                 count += part.size
         return float(np.sqrt(total / count)) if count else float("nan")
