@@ -69,7 +69,8 @@ def test_what_no_effect_explains_is_called_unexplained() -> None:
 
 
 def test_the_record_has_every_key_of_the_contract() -> None:
-    record = diagnose(BASE, *_campaign(BASE), CANDIDATES[:2]).as_json()
+    found = diagnose(BASE, *_campaign(BASE), CANDIDATES[:2])
+    record = found.as_json()
     assert set(record) == {
         "verdict", "added", "steps", "candidates", "error", "noise_floor", "fingerprint", "seconds",
     }  # fmt: skip
@@ -79,6 +80,18 @@ def test_the_record_has_every_key_of_the_contract() -> None:
     }  # fmt: skip
     assert set(record["error"]) == {"train", "test"}
     assert record["noise_floor"]["temperature_c"] == pytest.approx(0.06, rel=0.1)
+    detailed = found.as_detailed_json()
+    assert {key: value for key, value in detailed.items() if key not in ("candidates", "sentences")} == {
+        key: value for key, value in record.items() if key != "candidates"
+    }
+    assert detailed["sentences"] == list(found.sentences)
+    for candidate, of_contract in zip(detailed["candidates"], record["candidates"], strict=True):
+        assert {key: candidate.pop(key) for key in of_contract} == of_contract
+        assert set(candidate) == {"settings", "shown"}
+        for key, value in candidate["settings"].items():
+            effect, _, name = key.partition(".")
+            bounds = find(effect).parameter(name)
+            assert bounds.lower <= value <= bounds.upper
 
 
 def test_adding_an_effect_keeps_its_standard_error_and_the_history() -> None:

@@ -62,3 +62,14 @@ def test_a_parameter_that_takes_no_part_in_what_is_loose_keeps_its_error() -> No
     assert list(found.determined) == [False, True, False]
     assert np.isnan(found.standard_errors[[0, 2]]).all()
     assert found.standard_errors[1] == pytest.approx(alone / np.sqrt(1.0 - correlated**2), rel=1e-3)
+
+
+def test_strong_correlations_are_those_of_determined_parameters() -> None:
+    a, b = np.random.default_rng(3).standard_normal((2, 500))
+    found = identifiability(10.0 * np.column_stack([a, a + 0.1 * b, np.zeros(500)]), ["a", "b", "none"], LOGARITHMIC)
+    ((first, second, correlation),) = found.strong_correlations()
+    assert (first, second) == ("a", "b")
+    assert correlation == pytest.approx(-0.995, abs=0.003)
+    assert not found.strong_correlations(threshold=0.9999)
+    strict = identifiability(np.column_stack([a, b]), ["a", "b"], LOGARITHMIC[:2], undetermined=1e-3)
+    assert not strict.determined.any()

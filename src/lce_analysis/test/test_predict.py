@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lce_analysis.prediction import Sampling, predict, simulation_input, smoothed, start_temperature, starts_at
+from lce_analysis.comparison.compare import compare
+from lce_analysis.prediction import (
+    Sampling,
+    predict,
+    predict_from,
+    simulation_input,
+    smoothed,
+    start_temperature,
+    starts_at,
+)
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
@@ -93,6 +102,23 @@ def test_smoothing_keeps_the_corners_that_the_model_knows() -> None:
     near = np.abs(time - 20.0) < 0.5
     assert np.abs(around - corner)[near].max() < 0.05 < np.abs(alone - corner)[near].max()
     assert np.std(around - corner) < 0.02
+
+
+def test_a_run_without_any_input(strip: Model, recorded: Record) -> None:
+    """As a user may build one; `read_runs` refuses such a recording."""
+    displaced = recorded(duration_s=10.0).displacement
+    with pytest.raises(LceError, match="x: neither laser power nor temperature was recorded"):
+        compare(strip, [Run.of("x", displacement=displaced)])
+
+
+def test_a_prediction_from_the_prepared_run_is_that_of_predict(strip: Model, recorded: Record) -> None:
+    run = recorded(duration_s=20.0)
+    run_input = simulation_input(run, strip)
+    found = predict_from(run_input, start_temperature(run_input, strip), strip)
+    for channel, values in predict(strip, run).at_samples.items():
+        assert np.array_equal(found.at_samples[channel], values)
+    slower = predict_from(run_input, found.start_temperature_k, strip.set({"lumped.tau": 2.0 * strip["lumped.tau"]}))
+    assert slower.temperature_k.max() < found.temperature_k.max()
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def effect_signature(model: Model, run: Run, effect: str, settings: Mapping[str,
 
     Examples
     --------
-    >>> found = effect_signature(model, run, "creep", {"creep.strength": 0.1})  # doctest: +SKIP
+    >>> found = effect_signature(model, run, "creep", {"creep.share": 0.1})  # doctest: +SKIP
     >>> found[DISPLACEMENT].change  # doctest: +SKIP
     """
     candidates = dict.fromkeys([*(e.reference for e in library().values()), find(effect).reference])
