@@ -5,7 +5,7 @@ import asyncio
 import json
 import socket
 import struct
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,8 @@ from starlette.applications import Starlette
 from starlette.routing import Mount
 
 from lce_app.cli.main import main as lce
-from lce_app.workbench import drawings, figures, session
+from lce_app.use_cases import fit
+from lce_app.workbench import drawings, figures, session, tasks
 from lce_app.workbench.by_hand import LABEL, ByHand
 from lce_app.workbench.guard import protect
 from lce_app.workbench.jobs import Job, warm_up
@@ -30,6 +31,7 @@ from lce_app.workbench.tabs.compare import picked_samples, run_figures, shares
 from lce_app.workbench.tabs.export import commands
 from lce_data.channels import DISPLACEMENT
 from lce_data.errors import LceError
+from lce_data.progress import Progress, silent
 from lce_data.units import KELVIN
 from lce_model import default_model, simulate
 from lce_report import Grid, Lines, Loop
@@ -289,6 +291,26 @@ def test_the_warnings_of_a_result_are_shown(folder: Path) -> None:
         assert state.job is not None and state.job.state == "done"
 
     tell(folder, story)
+
+
+def test_a_job_fits_as_the_command_does_and_passes_its_warnings_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[fit.Options] = []
+
+    def fitted(
+        runs: Sequence[Path],
+        out: Path,
+        choice: fit.ModelChoice,
+        options: fit.Options = fit.DEFAULTS,
+        progress: Progress = silent,
+    ) -> fit.Fits:
+        asked.append(options)
+        return fit.Fits((), ("stranger: is it of another strip?",))
+
+    monkeypatch.setattr(fit, "fit", fitted)
+    warnings = tasks.fit([tmp_path / "a.csv"], "lumped", "equilibrium", tmp_path / "m.yaml", progress=silent)
+    assert asked == [fit.Options()] and warnings == ("stranger: is it of another strip?",)
 
 
 def test_what_a_job_finds_wanting_is_one_line(folder: Path) -> None:
