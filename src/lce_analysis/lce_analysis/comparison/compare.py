@@ -103,7 +103,14 @@ class ChannelComparison:
 
 @dataclass(frozen=True)
 class RunComparison:
-    """A run and what the model says of it, by channel that was measured and is modelled."""
+    """A run and what the model says of it.
+
+    Attributes
+    ----------
+    run : what was measured.
+    prediction : the strip and its sensors, as the model has them [SI].
+    channels : measured beside modelled, for each channel that was measured and that the model predicts.
+    """
 
     run: Run
     prediction: Prediction

@@ -143,7 +143,7 @@ def fit(
         results = _results(model, runs, options, progress)
         interrupted = any(result.interrupted for result in results)
         if options.homogeneity and not options.per_run and not interrupted:
-            warnings += outlier_runs(runs, progress)
+            warnings += outlier_runs(runs, progress, options.search)
         files = [_named(out, run) for run in runs] if options.per_run else [out]
         models = tuple(
             _with_intervals(result, file, options, progress)
@@ -211,6 +211,6 @@ def _with_intervals(result: FitResult, file: Path, options: Options, progress: P
     return FittedModel(
         result,
         file,
-        profiles(result.problem, progress) if options.profile else (),
-        bootstrap(result.problem, draws, seed, progress) if draws > 0 else None,
+        profiles(result.problem, progress, options=options.search) if options.profile else (),
+        bootstrap(result.problem, draws, seed, progress, options.search) if draws > 0 else None,
     )
