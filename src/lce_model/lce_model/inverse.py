@@ -17,7 +17,7 @@ BRANCHES: tuple[Branch, ...] = ("middle", "heating", "cooling")
 
 
 class OutOfReach(LceError):
-    """A displacement that no temperature of the chart gives; ``lower_m`` and ``upper_m`` are what it reaches."""
+    """No temperature of the chart gives the displacement; it reaches from ``lower_m`` to ``upper_m``."""
 
     def __init__(self, displacement_m: float, lower_m: float, upper_m: float) -> None:
         self.lower_m, self.upper_m = lower_m, upper_m
@@ -87,13 +87,13 @@ class InverseChart:
 def temperature_from_here_k(
     model: Model, time_s: ArrayLike, temperature_k: ArrayLike, displacement_m: float, deadband_k: float = 0.3
 ) -> float:
-    """Temperature [K] that brings a strip from where it is to a displacement [m]: the branch that it is really on.
+    """Temperature [K] that brings a strip from its present state to a displacement [m], along the minor loop it is on.
 
-    The measured past, ``time_s`` and ``temperature_k`` (n,), leads the model to the present state; from there it is
-    heated slowly if the displacement is larger than the present one, cooled if it is smaller, until it is reached. So
-    the answer follows the minor loops of the model. Without a past the strip is cold and at rest. Reversals of the
-    measured temperature smaller than ``deadband_k`` are taken for noise. Raises OutOfReach, with the range that heating
-    and cooling reach.
+    The model follows the measured past, ``time_s`` and ``temperature_k`` (n,), to the present state. From there it is
+    heated slowly to a larger displacement, or cooled slowly to a smaller one. Without a past the strip is cold and at
+    rest. Reversals of the measured temperature smaller than ``deadband_k`` [K] count as noise.
+
+    Raises OutOfReach, with the range that heating and cooling reach, if neither reaches the displacement.
     """
     time, past = np.asarray(time_s, dtype=np.float64), np.asarray(temperature_k, dtype=np.float64)
     if past.size == 0:

@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 
 @register_jitable
 def lag(late: float, before: float, now: float, dt: float, tau: float) -> float:
-    """What follows a value with the time constant ``tau`` [s] after a step of ``dt`` [s]; the value itself at tau = 0.
+    """First-order lag: ``late`` after a step of ``dt`` [s] with the time constant ``tau`` [s]; ``now`` at tau = 0.
 
     Exact for a value that goes straight from ``before`` to ``now``, so that it is smooth in tau down to zero.
     """

@@ -27,7 +27,7 @@ SIGNALS: Final[dict[str, str]] = {
     "heat_capacity": "1, heat capacity after effects, in units of that of the heat balance",
     "temperature": "K, temperature of the strip at the end of the step",
     "temperature_before": "K, the same at its beginning",
-    "temperature_midway": "K, the same in its middle, as the step before lets expect",
+    "temperature_midway": "K, the same in its middle, extrapolated with the rate of the step before",
     "warming": "K/s, mean rate of the temperature over the step",
     "loss_rate": "1/s, rate at which the heat balance loses the excess over the surroundings",
     "order_temperature": "K, temperature that the order follows",
@@ -54,8 +54,8 @@ SENSOR_INPUT: Final[dict[str, str | None]] = {
     for channel in SENSORS
     if channel.output is not None
 }
-"""The signal that each sensor measures, by the signal that it reports: the one with the name of its channel. None where
-the model has no such signal: the sensor reports NaN unless a term writes what it reports."""
+"""The signal that a sensor measures, which has the name of its channel, by the signal that it reports. None where the
+model has no such signal; that sensor reports NaN unless a term writes what it reports."""
 
 
 @dataclass(frozen=True, slots=True)

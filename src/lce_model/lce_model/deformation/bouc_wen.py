@@ -7,7 +7,7 @@ one the model has no saturation), with exponent n = 1 (Ismail, Ikhouane & Rodell
 
     dh = dγ - β |dγ| h - shape β dγ |h|,   λ = 1 - reach (γ - share h - rest)
 
-Rate-independent. Own code of a few lines: the libraries found model structures (OpenSees) or are demonstrations.
+Rate-independent. A few lines of our own, as the libraries found are for structures (OpenSees) or for demonstration.
 """
 
 import math

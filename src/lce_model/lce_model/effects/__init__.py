@@ -81,7 +81,7 @@ class Effect(Term):
 
     @property
     def reference(self) -> str:
-        """What a model file lists it by: its name, or the path of the user's file."""
+        """The text that stands for it in a model file: its name, or the path of the user's file."""
         return self.path or self.name
 
     @property
