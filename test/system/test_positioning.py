@@ -9,7 +9,6 @@ import pytest
 from run_command import experiment, lce, read, values
 
 from lce_app.cli import main as cli
-from lce_app.cli.commands.control import MODES
 from lce_control.step_metrics import step_metrics
 from lce_control.tuning.bang_bang import bang_bang
 from lce_experiment import recording, registry
@@ -32,10 +31,6 @@ KEYS = {
 @pytest.fixture(autouse=True)
 def _keep_handlers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recording, "interruptible", lambda: None)
-
-
-def test_the_modes_are_those_that_have_controllers() -> None:
-    assert set(MODES) == set(registry.CONTROLLERS)
 
 
 @pytest.mark.parametrize("mode", registry.CONTROLLERS)
