@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from lce_data.errors import LceError
+from lce_data.settings import parse_settings
 
 
 def add_runs(parser: argparse.ArgumentParser) -> None:
@@ -28,8 +29,16 @@ def add_model(parser: argparse.ArgumentParser) -> None:
 
 
 def add_settings(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:
-    """`--set`, repeatable; :func:`lce_data.settings.parse_settings` reads it."""
+    """`--set`, repeatable; :func:`settings` reads it."""
     parser.add_argument("--set", action="append", default=[], metavar=metavar, help=about)
+
+
+def settings(args: argparse.Namespace) -> dict[str, float]:
+    """What `--set` gave, by TERM.PARAM. Raises LceError for a text of another form."""
+    try:
+        return parse_settings(args.set)
+    except LceError as error:
+        raise LceError(f"--{error}") from None
 
 
 def add_pace(parser: argparse.ArgumentParser) -> None:

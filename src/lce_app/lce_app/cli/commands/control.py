@@ -6,10 +6,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_pace, add_settings, check_inputs, print_files
+from lce_app.cli.arguments import add_pace, add_settings, check_inputs, print_files, settings
 from lce_app.cli.table import table
 from lce_data.errors import LceError
-from lce_data.settings import parse_settings
 from lce_experiment.registry import CONTROLLERS
 
 
@@ -60,7 +59,7 @@ def main(args: argparse.Namespace) -> int:
         mode=args.mode,
         model=args.model,
         strip=args.strip,
-        settings=parse_settings(args.set),
+        settings=settings(args),
         gains=args.gains,
         hold_s=args.hold,
         seed=args.seed,

@@ -9,9 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_cluster, add_runs, add_settings, check_inputs
+from lce_app.cli.arguments import add_cluster, add_runs, add_settings, check_inputs, settings
 from lce_data.errors import LceError
-from lce_data.settings import parse_settings
 
 if TYPE_CHECKING:
     from lce_analysis.identification import FitResult
@@ -81,7 +80,7 @@ def main(args: argparse.Namespace) -> int:
         deformation=args.deformation,
         effects=tuple(args.effect),
         start=args.start,
-        settings=parse_settings(args.set),
+        settings=settings(args),
         ranges=_parse_ranges(args.hold),
         fixed=tuple(args.fix),
     )

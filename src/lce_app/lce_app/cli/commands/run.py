@@ -6,8 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_pace, add_settings, check_inputs
-from lce_data.settings import parse_settings
+from lce_app.cli.arguments import add_pace, add_settings, check_inputs, settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +38,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_app.use_cases.record import Options, record
     from lce_experiment import recording
 
-    options = Options(args.model, parse_settings(args.set), args.seed, args.fast)
+    options = Options(args.model, settings(args), args.seed, args.fast)
     recording.interruptible()
     with RecordingBar() as bar:
         record(args.protocol, args.out, options, bar, finished=bar.finished)

@@ -6,9 +6,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_settings, check_inputs, print_files
+from lce_app.cli.arguments import add_settings, check_inputs, print_files, settings
 from lce_data.errors import LceError
-from lce_data.settings import parse_settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +29,6 @@ def main(args: argparse.Namespace) -> int:
     check_inputs(models=[args.model])
     from lce_app.use_cases.simulate import Options, simulate
 
-    simulate(args.model, args.input, args.out, Options(parse_settings(args.set), args.force))
+    simulate(args.model, args.input, args.out, Options(settings(args), args.force))
     print_files(args.out)
     return 0
