@@ -5,5 +5,5 @@ from lce_model import constants
 
 
 def test_constants_are_those_of_the_si() -> None:
-    assert constants.BOLTZMANN == scipy.constants.Boltzmann
-    assert constants.STEFAN_BOLTZMANN == scipy.constants.Stefan_Boltzmann
+    assert scipy.constants.Boltzmann == constants.BOLTZMANN
+    assert scipy.constants.Stefan_Boltzmann == constants.STEFAN_BOLTZMANN
