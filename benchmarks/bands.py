@@ -8,6 +8,7 @@ from tqdm import tqdm
 from lce_analysis.identification import fit
 from lce_analysis.identification.uncertainty import band
 from lce_analysis.options import FitOptions
+from lce_data.channels import DISPLACEMENT
 from lce_data.run import Run, Series
 from lce_data.waveforms import SHAPES
 from lce_model import Model, default_model, simulate
@@ -38,10 +39,11 @@ def covered(deformation: str, seed: int) -> tuple[float, float]:
     result = fit(truth, [recorded(truth, *run, random)[0] for run in TRAIN], options=FitOptions(seed=seed))
     run, true_m = recorded(truth, *UNSEEN, random)
     found = band(result.problem, run)
-    inside = np.abs(found.displacement_m - true_m) <= found.displacement_error_m
+    error_m = found.error[DISPLACEMENT]
+    inside = np.abs(found.value[DISPLACEMENT] - true_m) <= error_m
     # Before the strip moves there is nothing to predict, and no error to be wrong about.
-    moving = found.displacement_error_m > 1e-3 * found.displacement_error_m.max()
-    return float(np.mean(inside[moving])), float(np.mean(found.displacement_error_m))
+    moving = error_m > 1e-3 * error_m.max()
+    return float(np.mean(inside[moving])), float(np.mean(error_m))
 
 
 def measure(seeds: int) -> list[str]:
