@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The use cases without a command line or a page around them: cancelled work, refused options."""
 
+from collections.abc import Callable
 from dataclasses import FrozenInstanceError
 from pathlib import Path
 
@@ -90,7 +91,7 @@ def test_a_simulated_run_is_what_the_sensors_show_without_noise(run: Path, model
         ),
     ],
 )
-def test_options_refuse_what_makes_no_sense(make, said) -> None:  # type: ignore[no-untyped-def]
+def test_options_refuse_what_makes_no_sense(make: Callable[[], object], said: str) -> None:
     with pytest.raises(LceError, match=said):
         make()
 

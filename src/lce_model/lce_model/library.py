@@ -49,7 +49,7 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     heat balance, a lag of the temperature before the branch that follows it), or else behind them all. Several of them
     stand there by their ``place``, then by name: the order of ``effects`` does not matter.
 
-    Raises LceError if a model or an effect does not exist, if both stages are none, or if two terms have one name.
+    Raises LceError if a model or an effect does not exist, if both stages are 'none', or if two terms have one name.
     """
     for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
         if name not in known:

@@ -32,7 +32,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Designed:
-    """The waveform and what it is worth; ``plain`` says whether the two effects can be told apart with it."""
+    """The waveform and what it is worth; ``plain`` says whether it separates the two effects."""
 
     design: Design
     plain: bool

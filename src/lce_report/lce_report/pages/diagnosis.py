@@ -122,7 +122,7 @@ def _steps(found: Diagnosis) -> list[Block]:
 
 def _rest(dependences: Sequence[Dependence], structured: float) -> list[Block]:
     if not dependences:
-        return ["Only one run was given: whether the rest repeats itself cannot be told."]
+        return ["Only one run was given, so the data cannot show whether the rest repeats itself."]
     left = [d for d in dependences if d.share > LEAST]
     if not left:
         return ["Nothing that repeats itself: no quantity predicts any of the residual in runs that were left out."]

@@ -28,7 +28,7 @@ def fill(state: WorkbenchState) -> None:
     if number is None:
         ui.label("A model is needed. Fit one on the tab Add.")
         return
-    ui.label("The waveform, within the limits, after which two effects that look alike are told apart best.")
+    ui.label("The waveform within the limits that separates two similar effects best.")
     first, second = likely_pair(state)
     usual, laser_w = DesignOptions(), laser_limit_w()
     usual_c = usual.max_temperature_k - KELVIN
