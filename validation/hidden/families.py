@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The truth families: strips that hide something, behind one shape.
+
+    rng = np.random.default_rng(0)
+    strip = FAMILIES["relays"].random(rng)
+    camera_k, distance_m = strip.measure(power_w, {"creep": 0.1}, rng)      # power (n,) at 100 Hz, held
+
+Nothing here imports the product.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from chapter5 import Dynamic
+from effects import HISTORY, LIGHT, SENSORS, STRENGTH
+from equilibrium import Equilibrium
+from independent import OWN, Distributed
+from noise import AUTOREGRESSIVE, MIXED, Noise
+from relays import Relays
+from stages import Body, Floats, camera, displaced, distance, light, wind
+
+
+class Core(Protocol):
+    """A family's own physics: how order follows from light."""
+
+    @property
+    def body(self) -> Body:
+        """What all strips have."""
+        ...
+
+    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats, float]:
+        """Temperature [K] and order at each power sample, and the order at which the stretch is 1."""
+        ...
+
+
+@dataclass(frozen=True)
+class Strip:
+    """One specimen and its two sensors."""
+
+    core: Core | Distributed
+    noise: tuple[Noise, Noise]
+
+    @property
+    def body(self) -> Body:
+        """What all strips have; ``body.top_w`` is full power."""
+        return self.core.body
+
+    def ideal(
+        self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator
+    ) -> tuple[Floats, Floats]:  # fmt: skip
+        """What sensors without noise show: camera [K] at 10 Hz, distance [m] at 100 Hz.
+
+        Parameters
+        ----------
+        power_w : (n,) [W] at 100 Hz, held to the next sample.
+        hidden : name to strength, as in ``effects.STRENGTH``.
+        rng : of draughts, gusts and hops; the same draws whatever is hidden.
+        """
+        given, strengths = np.ascontiguousarray(power_w, dtype=np.float64), dict(hidden)
+        reaching = light(given, strengths, self.body.slow_s, rng)
+        gusts = wind(given.size, strengths, rng)
+        if isinstance(self.core, Distributed):
+            temperature, displacement = self.core.respond(reaching, strengths)
+        else:
+            temperature, order, reference = self.core.run(reaching, gusts, strengths)
+            displacement = displaced(order, reference, temperature, self.body, strengths)
+        return camera(temperature, self.body, strengths)[::10], distance(displacement, strengths)
+
+    def measure(
+        self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator
+    ) -> tuple[Floats, Floats]:  # fmt: skip
+        """What the sensors show, with noise; as :meth:`ideal`."""
+        shown = self.ideal(power_w, hidden, rng)
+        first, second = (noise.spoil(values, rng) for noise, values in zip(self.noise, shown, strict=True))
+        return first, second
+
+
+@dataclass(frozen=True)
+class Family:
+    """A kind of strip.
+
+    name : in cases and reports.
+    core : draws a specimen.
+    noise : of camera and distance.
+    base : deformation model that is fitted beside the thermal model "lumped".
+    exact : does the base hold the very equations of the truth?
+    may_hide : names of ``effects.STRENGTH`` that can be hidden in it.
+    own : effects that the truth has anyway and the base lacks.
+    """
+
+    name: str
+    core: Callable[[np.random.Generator], Core | Distributed]
+    noise: tuple[Noise, Noise]
+    base: str
+    exact: bool
+    may_hide: tuple[str, ...] = tuple(STRENGTH)
+    own: tuple[str, ...] = ()
+
+    def random(self, rng: np.random.Generator) -> Strip:
+        """A specimen."""
+        return Strip(self.core(rng), self.noise)
+
+
+FAMILIES = {
+    family.name: family
+    for family in (
+        Family("equilibrium", Equilibrium.random, MIXED, "equilibrium", exact=True),
+        Family(
+            "chapter-5-continuous",
+            lambda rng: Dynamic.random(rng, literal=False),
+            AUTOREGRESSIVE,
+            "dynamic",
+            exact=True,
+        ),
+        Family(
+            "chapter-5-literal",
+            lambda rng: Dynamic.random(rng, literal=True),
+            AUTOREGRESSIVE,
+            "dynamic",
+            exact=False,
+        ),
+        Family("relays", Relays.random, MIXED, "kinetic", exact=False),
+        Family(
+            "independent",
+            Distributed.random,
+            MIXED,
+            "kinetic",
+            exact=False,
+            may_hide=tuple(name for name in STRENGTH if name in (*LIGHT, *HISTORY, *SENSORS)),
+            own=OWN,
+        ),
+    )
+}
