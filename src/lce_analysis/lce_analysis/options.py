@@ -176,7 +176,14 @@ class DiagnoseOptions:
     """
 
     false_alarm: float = 0.05
-    refitted: int = 3
+    refitted: int = 6
+    contenders: int = 3
+    worth_share: float = 0.05
+    worth_noise: float = 0.05
+    worse: float = 0.02
+    agreement: float = 2.0
+    bent: float = 0.05
+    explained: float = 1.2
     alias_correlation: float = 0.95
     min_likelihood_ratio: float = 20.0
     min_visibility: float = 1e-4

@@ -1,38 +1,79 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimate the noise of a measured series from the series alone."""
+"""Estimate the noise of a measured series from the series alone: what its sensor adds, whatever a model says."""
 
 import math
 from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from lce_data.channels import Channel
 from lce_data.run import Run, Series
+
+Floats = NDArray[np.float64]
 
 _THIRD_DIFFERENCE_GAIN: Final = math.sqrt(20.0)
 """Standard deviation of x3 - 3 x2 + 3 x1 - x0 over that of white noise x."""
 _ROUNDING: Final = math.sqrt(12.0)
 """Quantisation step over the standard deviation of its rounding error."""
 _MAD_TO_RMS: Final = 1.4826
+_WINDOWS: Final = (16, 32, 64, 128)
+"""Samples in which a cubic stands for the signal."""
+_CALM: Final = 0.2
+"""Share of the windows in which the cubic has to be enough."""
+_GROWTH: Final = 1.5
+"""The slowest noise, a random walk, grows by √2 when the window doubles; what grows faster is signal."""
+_MOST: Final = 2000
+"""Windows of one length that are looked at: more would not change the estimate."""
 
 
 def noise_floor(series: Series) -> float:
-    """RMS of the sample-to-sample noise, in the unit of the series.
+    """RMS of the noise that the sensor adds, in the unit of the series.
 
-    The estimate is made from third differences, in which a smooth signal vanishes; their median keeps corners of the
-    signal out of it. A quantised series has at least the rounding noise of its step q, q/√12. Noise that is correlated
-    from sample to sample is underestimated. The result is never zero: a series without noise gives 1e-6 of its range.
+    White noise is estimated from third differences, in which a smooth signal vanishes. Noise that is correlated from
+    sample to sample shows in longer windows: there the residual of a cubic counts, in the calmest fifth of the windows,
+    so that corners of the signal stay out of it. The window grows up to 128 samples while the estimate grows no faster
+    than noise can. Noise slower than that cannot be told from the signal. A quantised series has at least the rounding
+    noise of its step q, q/√12. The result is never zero: a series without noise gives 1e-6 of its range.
     """
     value = series.value
     smallest = 1e-6 * max(float(np.ptp(value)), 1e-6 * float(np.max(np.abs(value))), 1e-12)
     if value.size < 8:
         return smallest
     third = np.abs(np.diff(value, 3))
+    noise = _MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN
+    limit = _GROWTH**2 * noise  # from four samples to sixteen the window doubles twice
+    for window in _WINDOWS:
+        longer = _rms_around_cubic(value, window)
+        if longer > limit:
+            break
+        noise = max(noise, longer)
+        limit = _GROWTH * noise
+    return max(noise, _quantum(value) / _ROUNDING, smallest)
+
+
+def _quantum(value: Floats) -> float:
+    """The step of a series that repeats its values, else 0."""
     steps = np.abs(np.diff(value))
     repeated = float(np.mean(steps == 0.0))
-    quantum = float(np.min(steps[steps > 0.0])) if 0.2 < repeated < 1.0 else 0.0
-    return max(_MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN, quantum / _ROUNDING, smallest)
+    return float(np.min(steps[steps > 0.0])) if 0.2 < repeated < 1.0 else 0.0
+
+
+def _rms_around_cubic(value: Floats, window: int) -> float:
+    """RMS residual of a cubic in the calmest windows; infinite where the series is too short for that."""
+    if value.size < 8 * window:
+        return math.inf
+    every = max(window // 4, value.size // _MOST)
+    parts = sliding_window_view(value, window)[::every]
+    basis, _ = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, window), 4))
+    centred = parts - parts.mean(axis=1, keepdims=True)
+    rest = centred - (centred @ basis) @ basis.T
+    freedom = window - 4
+    expected = float(chi2.ppf(_CALM, freedom)) / freedom
+    return math.sqrt(float(np.quantile(np.sum(rest**2, axis=1), _CALM)) / freedom / expected)
 
 
 def sensor_noise(runs: Sequence[Run], channels: Iterable[Channel]) -> dict[Channel, float]:

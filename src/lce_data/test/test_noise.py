@@ -20,7 +20,7 @@ def test_white_noise_on_a_smooth_signal(sigma: float) -> None:
 def test_corners_and_outliers_do_not_count() -> None:
     corners = 40.0 * np.abs(np.sin(TIME))
     corners[::500] += 30.0
-    assert noise_floor(Series(TIME, corners + 0.06 * RNG.standard_normal(TIME.size))) == pytest.approx(0.06, rel=0.05)
+    assert noise_floor(Series(TIME, corners + 0.06 * RNG.standard_normal(TIME.size))) == pytest.approx(0.06, rel=0.15)
 
 
 def test_a_rounded_series_has_the_noise_of_its_rounding() -> None:
@@ -34,7 +34,20 @@ def test_a_series_without_noise_has_a_floor_above_zero() -> None:
     assert noise_floor(Series(TIME[:4], SMOOTH[:4])) > 0.0
 
 
-def test_correlated_noise_is_underestimated_as_the_docstring_says() -> None:
-    kernel = np.ones(20) / np.sqrt(20.0)
+def test_noise_that_is_correlated_over_some_samples_counts_in_the_greater_part() -> None:
+    kernel = np.ones(10) / np.sqrt(10.0)
+    slow = np.convolve(RNG.standard_normal(TIME.size), kernel, "same")
+    assert noise_floor(Series(TIME, SMOOTH + slow)) == pytest.approx(0.8, rel=0.2)
+
+
+def test_noise_slower_than_the_windows_is_not_told_from_the_signal() -> None:
+    kernel = np.ones(1000) / np.sqrt(1000.0)
     slow = np.convolve(RNG.standard_normal(TIME.size), kernel, "same")
     assert noise_floor(Series(TIME, SMOOTH + slow)) < 0.5
+
+
+def test_a_signal_with_a_corner_every_few_seconds_is_not_noise() -> None:
+    hold = np.repeat(np.random.default_rng(7).integers(0, 2, 24), 40)
+    signal = 60.0 * np.convolve(np.exp(-np.arange(960) / 200.0) / 200.0, hold)[:960]
+    noisy = signal + 0.06 * np.random.default_rng(8).standard_normal(960)
+    assert noise_floor(Series(0.1 * np.arange(960), noisy)) == pytest.approx(0.06, rel=0.3)

@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """One effect added to a model: refitted with it, the error before and after."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lce_analysis.diagnosis.diagnosis import errors
+from lce_analysis.diagnosis.diagnosis import ErrorTable, columns, error_table, errors
+from lce_analysis.diagnosis.held_out import HeldOut
+from lce_analysis.diagnosis.ranking import REASON
 from lce_analysis.diagnosis.search import Search
+from lce_analysis.diagnosis.strength import Estimate
+from lce_analysis.diagnosis.trial import gets_worse
+from lce_analysis.diagnosis.words import outcome
 from lce_analysis.identification.result import FitResult
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.options import DiagnoseOptions, FitOptions
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
@@ -23,27 +28,39 @@ class Addition:
     Attributes
     ----------
     effect : name of the effect.
-    before : refitted without it.
+    given, before : the model as given, and refitted without the effect.
     model : with the effect, standard errors, and the record of the fit; ``model.fit["history"]`` is a table of the
-    models tried, one mapping each, the oldest first.
-    predicted_reduction, actual_reduction : of the squared error in units of the noise, as fractions.
-    confirmed : do penalised likelihood and leave-one-run-out both want the effect?
+        models tried, one mapping each, the oldest first.
+    predicted_reduction, actual_reduction : of the squared error above the noise, as fractions.
+    held_out : errors without and with the effect on data left out.
+    strength_by_run : strength that each run alone would want; None where it says nothing.
+    objection : why the data do not confirm the effect, in words; empty if they do.
+    train, test : errors of the three models on the runs, and on those held out.
     """
 
     effect: str
+    given: Model
     before: Model
     model: Model
     predicted_reduction: float
     actual_reduction: float
-    confirmed: bool
+    held_out: HeldOut
+    strength_by_run: Mapping[str, Estimate | None]
+    objection: str
+    train: ErrorTable
+    test: ErrorTable
+
+    @property
+    def confirmed(self) -> bool:
+        """Did it really help, on data left out as well?"""
+        return not self.objection
 
     @property
     def sentence(self) -> str:
         """What adding it did."""
-        found = ", on runs left out too" if self.confirmed else "; chance gives as much, or it fails on runs left out"
         return (
-            f"With {self.effect} the squared error falls by {self.actual_reduction:.1%} "
-            f"({self.predicted_reduction:.1%} was predicted){found}."
+            f"With {self.effect} {self.actual_reduction:.1%} of the squared error above the noise goes "
+            f"({self.predicted_reduction:.1%} was predicted); {outcome(self.held_out, self.objection)}."
         )
 
 
@@ -90,34 +107,53 @@ def add_effect(
     if chosen.reference in model.effects:
         raise LceError(f"the model has {chosen.name} already")
     others = [e for e in library().values() if e.name != chosen.name and e.reference not in model.effects]
-    search = Search(model, runs, [chosen, *others], options, watched(progress, cancel))
-    confirmed = search.force(chosen)
+    search = Search(model, runs, test_runs, [chosen, *others], options, watched(progress, cancel))
+    trial = search.force(chosen)
     (step,) = search.steps
-    result = FitResult.from_problem(search.problem, runs, search.problem.starts_k)
-    unused = {e.name for e in others}
-    after = search.model().with_values(tuple(v for v in result.model.values if v.term not in unused), {})
-    before_entry = _entry(search.before, runs, test_runs, model.fit.get("verdict", ""))
-    history = [*model.fit.get("history", [before_entry])]
-    verdict = "confirmed" if confirmed else "not confirmed"
-    history.append(_entry(after, runs, test_runs, verdict))
-    record = {**result.model.fit, "history": history}
+    after = step.with_it.model
+    objection = REASON[trial.objection] if trial.objection else ""
+    if not objection and gets_worse(step.held_out, options):
+        objection = REASON["worse"]
+    entries = model.fit.get("history", [_entry(search.base.model, search, model.fit.get("verdict", ""))])
+    history = [*entries, _entry(after, search, "not confirmed" if objection else "confirmed")]
+    models = columns(search, model)
+    estimates = trial.strengths.by_run if trial.strengths else (None,) * len(runs)
     return Addition(
         effect=chosen.name,
-        before=search.before,
-        model=after.with_values(after.values, record),
+        given=model,
+        before=search.base.model,
+        model=_recorded(after, search, runs, history),
         predicted_reduction=step.predicted_reduction,
         actual_reduction=step.actual_reduction,
-        confirmed=confirmed,
+        held_out=step.held_out,
+        strength_by_run={run.name: e for run, e in zip(runs, estimates, strict=True)},
+        objection=objection,
+        train=error_table(search, models, search.data.judged),
+        test=error_table(search, models, search.tests),
     )
 
 
-def _entry(model: Model, runs: Sequence[Run], test_runs: Sequence[Run], verdict: str) -> dict[str, Any]:
+def _recorded(model: Model, search: Search, runs: Sequence[Run], history: Sequence[Mapping[str, Any]]) -> Model:
+    """The model with standard errors from the data by which its stages were fitted, and the record of the fit."""
+    values = {v.key: v for v in model.values}
+    record: Mapping[str, Any] = {}
+    stages = [p for p in (*search.present.heat[:1], search.present.deformation) if p is not None]
+    for stage in stages:
+        problem = stage.fit.problem
+        result = FitResult.from_problem(problem, runs, problem.starts_k, FitOptions(drive=stage.drive))
+        values |= {v.key: v for v in result.model.values if v.key in values and v.standard_error is not None}
+        record = result.model.fit
+    return model.with_values(tuple(values[v.key] for v in model.values), {**record, "history": list(history)})
+
+
+def _entry(model: Model, search: Search, verdict: str) -> dict[str, Any]:
     """A row of the history."""
+    whole, drive = search.whole(model), search.present.drive
     return {
         "thermal": model.thermal,
         "deformation": model.deformation,
         "effects": list(model.effect_names),
-        "train": dict(errors(model, runs)),
-        "test": dict(errors(model, test_runs)),
+        "train": dict(errors(whole, search.data.judged.runs, drive)),
+        "test": dict(errors(whole, search.tests.runs, drive)),
         "verdict": verdict,
     }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The answer of a diagnosis: verdict, additions, candidates, errors before and after, and what is left."""
+"""The answer of a diagnosis: verdict, what was added and why, the error in three columns, and what is left."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -10,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
-from lce_analysis.diagnosis.score import Score
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
+from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search, Step
-from lce_analysis.diagnosis.structure import Dependence, dependences, in_words, unlike_noise
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.structure import Dependence, left_over
+from lce_analysis.diagnosis.words import in_words
+from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
 from lce_data.channels import SENSORS, Channel
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -23,7 +27,20 @@ from lce_model.effects import Effect, library
 
 Floats = NDArray[np.float64]
 Verdict = Literal["adequate", "missing", "unexplained", "cannot_tell"]
+Column = Literal["given", "before", "after"]
+"""The model as given, the same refitted, and with what was added."""
 Errors = Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class ErrorTable:
+    """Errors of three models on the runs that they were refitted to, and on those held out.
+
+    misfit : by column, in units of the sensors' noise; nrmse : by column, as in `lce compare`.
+    """
+
+    misfit: Mapping[Column, Misfit]
+    nrmse: Mapping[Column, Errors]
 
 
 @dataclass(frozen=True)
@@ -32,68 +49,66 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : "adequate" (nothing is missing), "missing" (effects of the library were added), "unexplained" (something
-        is left that no effect of the library explains) or "cannot_tell".
-    before, model : refitted to the runs without any addition, and with what was accepted.
+    verdict : "adequate" (nothing is missing), "missing" (effects of the library are worth adding), "unexplained"
+        (something is left that no effect of the library explains) or "cannot_tell".
+    given, before, model : as given, refitted to the runs without any addition, and with what was accepted.
+    drive : what drove the deformation when it was judged.
     steps : the additions in their order.
-    scores : of the first score test, one per effect of the library, strongest evidence first.
-    aliases : for each effect, those that look like it in these data.
+    candidates : one per effect of the library, sorted by what decides.
     rest : what the residual still depends on, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
-    noise_floor : RMS noise of each sensor, key and unit as a column of a CSV ("temperature_c", "displacement_m"); None
-        if it was not measured.
-    runs : number of runs that it was found from.
+    train, test : the errors of the three models.
+    noise : RMS noise [SI] of each sensor.
+    discrepancy : RMS [SI] of what the final model leaves beyond the noise of each sensor.
+    runs : names of the runs that it was found from, and `held_out` of those that were held out.
     seconds : how long it took [s].
-    error : NRMSE {"train" | "test": {"before" | "after": {"temperature_nrmse": …, "displacement_nrmse": …}}}.
     """
 
     verdict: Verdict
+    given: Model
     before: Model
     model: Model
+    drive: Drive
     steps: tuple[Step, ...]
-    scores: tuple[Score, ...]
-    aliases: Mapping[str, tuple[str, ...]]
+    candidates: tuple[Candidate, ...]
     rest: tuple[Dependence, ...]
     fingerprint: str
-    error: Mapping[str, Mapping[str, Errors]]
-    noise_floor: Errors
-    runs: int
+    train: ErrorTable
+    test: ErrorTable
+    noise: Mapping[Channel, float]
+    discrepancy: Mapping[Channel, float]
+    runs: tuple[str, ...]
+    held_out: tuple[str, ...]
     seconds: float
+
+    @property
+    def traces(self) -> tuple[Candidate, ...]:
+        """Effects that are significant and not worth having."""
+        return traces(self.candidates)
 
     @property
     def sentences(self) -> tuple[str, ...]:
         """The answer in words, the verdict first."""
-        return tuple(_in_words(self))
+        return tuple(in_words(self))
 
     def as_json(self) -> dict[str, Any]:
         """The contract's record: all keys always there, numbers in SI or °C."""
+        tables = {"train": self.train, "test": self.test}
         return {
             "verdict": self.verdict,
             "added": [s.added for s in self.steps],
-            "steps": [
-                {
-                    "added": s.added,
-                    "set": list(s.alias_set),
-                    "predicted_fall": s.predicted_reduction,
-                    "actual_fall": s.actual_reduction,
-                }
-                for s in self.steps
-            ],
-            "candidates": [
-                {
-                    "effect": s.effect.name,
-                    "stage": s.effect.stage,
-                    "evidence": s.evidence,
-                    "p_value": s.p_value,
-                    "visibility": s.visibility,
-                    "expected_strength": s.expected_strength,
-                    "predicted_fall": s.predicted_reduction,
-                    "aliases": list(self.aliases[s.effect.name]),
-                }
-                for s in self.scores
-            ],
-            "error": self.error,
-            "noise_floor": self.noise_floor,
+            "steps": [_step_json(s, self.runs) for s in self.steps],
+            "candidates": [_candidate_json(c) for c in self.candidates],
+            "traces": [_candidate_json(c) for c in self.traces],
+            "error": {name: dict(table.nrmse) for name, table in tables.items()},
+            "error_over_noise": {
+                name: {column: _over_noise(misfit) for column, misfit in table.misfit.items()}
+                for name, table in tables.items()
+            },
+            "noise_floor": {channel.column: self.noise.get(channel) for channel in SENSORS},
+            "discrepancy": {channel.column: self.discrepancy.get(channel) for channel in SENSORS},
+            "varies": {},
+            "signatures": [],
             "fingerprint": self.fingerprint,
             "seconds": self.seconds,
         }
@@ -104,15 +119,54 @@ class Diagnosis:
         Returns
         -------
         dict
-            Also "sentences", and for each candidate "settings" (TERM.PARAM to value at its expected strength) and
-            "shown" (would these data show it at some strength within its bounds?).
+            Also "sentences", and for each candidate "settings" (TERM.PARAM to value at its strength), "meaning" (what
+            the effect does, in one line) and "shown" (would these data show it at some strength within its bounds?).
         """
         record = self.as_json()
         candidates = [
-            {**candidate, "settings": dict(score.settings_at_expected_strength), "shown": score.shown}
-            for candidate, score in zip(record["candidates"], self.scores, strict=True)
+            {**of_contract, "settings": dict(c.settings), "meaning": c.effect.meaning, "shown": c.score.shown}
+            for of_contract, c in zip(record["candidates"], self.candidates, strict=True)
         ]
         return {**record, "candidates": candidates, "sentences": list(self.sentences)}
+
+
+def _step_json(step: Step, runs: Sequence[str]) -> dict[str, Any]:
+    by_run = dict(zip(runs, step.trial.strengths.by_run, strict=True)) if step.trial.strengths else {}
+    return {
+        "added": step.added,
+        "set": list(step.alias_set),
+        "predicted_fall": step.predicted_reduction,
+        "actual_fall": step.actual_reduction,
+        "strength_by_run": {name: None if e is None else [e.value, e.standard_error] for name, e in by_run.items()},
+        "left_out": step.held_out.how,
+        "held_out": {"before": _over_noise(step.held_out.before), "after": _over_noise(step.held_out.after)},
+    }
+
+
+def _candidate_json(c: Candidate) -> dict[str, Any]:
+    held_out = c.trial.held_out if c.trial else None
+    return {
+        "effect": c.effect.name,
+        "stage": c.effect.stage,
+        "standing": c.standing,
+        "reason": c.reason,
+        "evidence": c.score.evidence,
+        "p_value": c.score.p_value,
+        "visibility": c.score.visibility,
+        "expected_strength": c.score.expected_strength,
+        "predicted_fall": c.predicted_reduction,
+        "actual_fall": c.actual_reduction,
+        "strength": None if c.strength is None else [c.strength.value, c.strength.standard_error],
+        "held_out": None
+        if held_out is None
+        else {"before": _over_noise(held_out.before), "after": _over_noise(held_out.after)},
+        "aliases": list(c.aliases),
+    }
+
+
+def _over_noise(misfit: Misfit) -> dict[str, float | None]:
+    rms = misfit.rms
+    return {channel.name: rms.get(channel) for channel in SENSORS}
 
 
 def diagnose(
@@ -130,7 +184,7 @@ def diagnose(
     ----------
     model : identified from these or like runs (:func:`fit`); it is refitted to all of them together.
     runs : what the model is to explain.
-    test_runs : held out; only the errors before and after are computed on them.
+    test_runs : held out; they decide whether an effect is worth having. Without them each run is left out in turn.
     effects : candidates, the whole library if None; those that the model already has are left out.
     options : when an effect counts as missing.
     progress : called after each step.
@@ -139,7 +193,8 @@ def diagnose(
     Returns
     -------
     Diagnosis
-        Verdict, effects added, the score of every candidate, and the errors before and after.
+        Verdict, effects added, one ranking of the candidates, and the errors of the model as given, refitted, and with
+        what was added.
 
     Raises
     ------
@@ -155,85 +210,72 @@ def diagnose(
     began = perf_counter()
     candidates = library().values() if effects is None else effects
     missing = [e for e in candidates if e.reference not in model.effects]
-    search = Search(model, runs, missing, options, watched(progress, cancel))
-    search.forward()
-    search.backward()
-    left, floor = search.fit.table[-1], search.score_tests.noise
-    rest = dependences(search.problem, left, options)
-    fingerprint = in_words(rest, unlike_noise(search.problem, left, floor, options), options)
-    first, before, after = search.first_score_tests, search.before, search.model()
+    search = Search(model, runs, test_runs, missing, options, watched(progress, cancel))
+    search.run()
+    rest, fingerprint = left_over(search.present, options)
+    models = columns(search, model)
+    train = error_table(search, models, search.data.judged)
+    noise = search.data.judged.sensor_noise
+    after = train.misfit["after"]
     return Diagnosis(
-        verdict=_verdict(bool(fingerprint), bool(search.steps), bool(search.doubtful)),
-        before=before,
-        model=after,
+        verdict=_verdict(search, bool(fingerprint)),
+        given=model,
+        before=search.base.model,
+        model=search.present.model,
+        drive=search.present.drive,
         steps=tuple(search.steps),
-        scores=tuple(first.scores),
-        aliases={
-            s.effect.name: tuple(
-                o.effect.name
-                for o in first.scores
-                if o is not s and first.collinearity(s, o.effect.name) >= options.alias_correlation
-            )
-            for s in first.scores
-        },
-        rest=tuple(rest),
+        candidates=ranking(search),
+        rest=rest,
         fingerprint=fingerprint,
-        error={
-            name: {"before": errors(before, members), "after": errors(after, members)}
-            for name, members in (("train", runs), ("test", test_runs))
-        },
-        noise_floor={channel.column: floor[channel].rms if channel in floor else None for channel in SENSORS},
-        runs=len(runs),
+        train=train,
+        test=error_table(search, models, search.tests),
+        noise=noise,
+        discrepancy={c: float(np.sqrt(after.above_noise(c))) * noise[c] for c in after.total},
+        runs=tuple(run.name for run in runs),
+        held_out=tuple(run.name for run in test_runs),
         seconds=perf_counter() - began,
     )
 
 
-def _verdict(structured: bool, added: bool, doubtful: bool) -> Verdict:
+def _verdict(search: Search, structured: bool) -> Verdict:
     """In the order of what can be said: something unexplained, missing, doubtful, or nothing."""
+    left = max(_largest(search.present), 0.0) > search.options.explained
     if structured:
         return "unexplained"
-    if added:
+    if search.steps:
         return "missing"
-    return "cannot_tell" if doubtful else "adequate"
+    return "cannot_tell" if left else "adequate"
 
 
-def errors(model: Model, runs: Sequence[Run]) -> Errors:
+def _largest(fit: StagedFit) -> float:
+    """The largest RMS residual of a sensor, in units of its noise."""
+    problems = [p for p in (*fit.heat[:1], fit.deformation) if p is not None]
+    return max((math.sqrt(x) for p in problems for x in p.fit.mean_squares.values()), default=0.0)
+
+
+def columns(search: Search, given: Model) -> Mapping[Column, Model]:
+    """The three models that every table compares."""
+    return {"given": given, "before": search.base.model, "after": search.present.model}
+
+
+def error_table(search: Search, models: Mapping[Column, Model], judged: JudgedRuns) -> ErrorTable:
+    """Errors of the three models, simulated beside some runs."""
+    drive = search.present.drive
+    return ErrorTable(
+        {column: search.misfit(model, drive, judged) for column, model in models.items()},
+        {column: errors(search.whole(model), judged.runs, drive) for column, model in models.items()},
+    )
+
+
+def errors(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Errors:
     """NRMSE over all the runs together; None for a channel that was not measured."""
     modelled: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     measured: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     for run in runs:
-        for channel, values in predict(model, run).at_samples.items():
+        for channel, values in predict(model, run, drive).at_samples.items():
             modelled[channel].append(values)
             measured[channel].append(run.series[channel].value)
     return {
         f"{channel.name}_nrmse": nrmse(np.concatenate(values), np.concatenate(measured[channel])) if values else None
         for channel, values in modelled.items()
     }
-
-
-def _in_words(found: Diagnosis) -> list[str]:
-    words = [_step_in_words(s) for s in found.steps]
-    if found.verdict == "adequate":
-        words.append("Nothing is missing: no effect of the library improves the model beyond chance.")
-    if found.verdict == "unexplained":
-        words.insert(0, f"Something is missing that the library does not hold: {found.fingerprint}.")
-    if found.verdict == "cannot_tell":
-        words.append(
-            "Something may be missing, but these data cannot tell what: the effects that would help are masked by the "
-            "free parameters, or fail on runs left out."
-        )
-    if found.steps and found.runs == 1:
-        words.append("There is only one run, so nothing was confirmed on a run left out.")
-    masked = [s.effect.name for s in found.scores if not s.shown]
-    if masked and found.verdict != "unexplained":
-        words.append(f"These data would not show, at any strength within its bounds: {', '.join(masked)}.")
-    return words
-
-
-def _step_in_words(step: Step) -> str:
-    name, *others = step.alias_set
-    words = f"{name} is missing: with it the squared error falls by {step.actual_reduction:.0%}"
-    words += f" ({step.predicted_reduction:.0%} was predicted before the refit)."
-    if others:
-        words += f" These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
-    return words

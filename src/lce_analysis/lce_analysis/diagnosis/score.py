@@ -2,17 +2,17 @@
 """What the data say of every candidate effect at once, linearised at the present model."""
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gram, in_noise, noise_of, raw, whitened
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, mean_squares
+from lce_analysis.diagnosis.misfit import reduction_of
 from lce_analysis.diagnosis.projection import Projection, p_value, project
-from lce_analysis.diagnosis.whitening import Noise
-from lce_data.channels import Channel
+from lce_analysis.diagnosis.whitening import whitened
 from lce_model import Model
 from lce_model.effects import Effect
 
@@ -52,6 +52,8 @@ def directions(effect: Effect) -> list[Direction]:
 class Score:
     """The score test of one effect, at the direction that explains most.
 
+    predicted_gain : of the squared error, in units of the noise, at the expected strength.
+    predicted_reduction : the share of the error above the noise that would go, all sensors with the same weight.
     detectable : smallest strength, beyond the null value, whose evidence would reach the critical value.
     """
 
@@ -63,7 +65,8 @@ class Score:
     visibility: float
     expected_strength: float
     detectable: float
-    predicted_reduction: float
+    predicted_gain: float
+    predicted_reduction: float = 0.0
 
     @property
     def shown(self) -> bool:
@@ -83,14 +86,15 @@ class Score:
 class ScoreTestResult:
     """Every candidate beside a refitted model, whose full model holds all of them at their null values.
 
-    white, plain : free parameters projected out of the directions, whitened by ``noise`` and in units of it.
+    table : (free + directions + 1, N) slopes of the free variables and of the directions, and the residual.
+    white, plain : free parameters projected out of the directions, whitened and in units of the sensors' noise.
     s2 : variance of the whitened residual that all directions together leave.
     critical_value : evidence from which chance is ruled out.
     """
 
     fit: LinearizedFit
     directions: tuple[Direction, ...]
-    noise: Mapping[Channel, Noise]
+    table: Floats
     white: Projection
     plain: Projection
     s2: float
@@ -98,32 +102,34 @@ class ScoreTestResult:
 
     @cached_property
     def scores(self) -> list[Score]:
-        """One per effect, strongest evidence first."""
-        return self._best_first(lambda score: score.evidence)
-
-    @cached_property
-    def by_reduction(self) -> list[Score]:
-        """One per effect, the largest predicted reduction of the plain error first."""
-        return self._best_first(lambda score: score.predicted_reduction)
-
-    def _best_first(self, measure: Callable[[Score], float]) -> list[Score]:
-        """The best direction of each effect by a measure, the best effect first."""
+        """One per effect, the largest predicted reduction of the error first."""
         best: dict[str, Score] = {}
         for j in range(len(self.directions)):
             score = self._score(j)
             before = best.get(score.effect.name)
-            if before is None or measure(score) > measure(before):
+            if before is None or score.predicted_gain > before.predicted_gain:
                 best[score.effect.name] = score
-        return sorted(best.values(), key=lambda score: -measure(score))
+        found = sorted(best.values(), key=lambda score: -score.predicted_gain)
+        return [replace(score, predicted_reduction=self._share(score)) for score in found]
+
+    def _share(self, score: Score) -> float:
+        """Share of the error above the noise that would go at the expected strength, if all were linear."""
+        strength = score.expected_strength - score.effect.null
+        free, j = self.fit.free, score.index
+        shift = self.plain.solve[:, -1] - strength * self.plain.solve[:, j]
+        rest = self.table[-1] - strength * self.table[free + j] - shift @ self.table[:free]
+        observed = self.fit.problem.observed
+        return reduction_of(self.fit.mean_squares, mean_squares(rest, observed))
 
     def _score(self, j: int) -> Score:
         d = self.directions[j]
         effect, spec = d.effect, d.effect.parameter(d.effect.strength)
         low, high = spec.lower - effect.null, spec.upper - effect.null
-        change = float(np.clip(self.white.strength[j], low, high))
-        evidence = max(0.0, self.white.reduction_at(j, change) / self.s2)
+        change = float(np.clip(self.plain.strength[j], low, high))
+        white_change = float(np.clip(self.white.strength[j], low, high))
+        evidence = max(0.0, self.white.reduction_at(j, white_change) / self.s2)
         count = sum(other.effect is effect for other in self.directions)
-        reduction = self.plain.reduction_at(j, float(np.clip(self.plain.strength[j], low, high)))
+        norm = self.white.after[j, j]
         return Score(
             effect=effect,
             direction=d,
@@ -132,50 +138,48 @@ class ScoreTestResult:
             p_value=p_value(evidence, effect.one_sided, count),
             visibility=float(self.white.visibility[j]),
             expected_strength=effect.null + change,
-            detectable=float(np.sqrt(self.critical_value * self.s2 / norm))
-            if (norm := self.white.after[j, j]) > 0.0
-            else np.inf,
-            predicted_reduction=max(0.0, reduction / self.plain.error),
+            detectable=float(np.sqrt(self.critical_value * self.s2 / norm)) if norm > 0.0 else np.inf,
+            predicted_gain=max(0.0, self.plain.reduction_at(j, change)),
         )
 
     def collinearity(self, score: Score, name: str) -> float:
         """Largest |ρ| between the direction of ``score`` and any of the effect ``name``."""
-        row = self.white.collinearity[score.index]
+        row = self.plain.collinearity[score.index]
         return max((float(row[j]) for j, d in enumerate(self.directions) if d.effect.name == name), default=0.0)
 
 
-def score_test(
-    fit: LinearizedFit,
-    effects: Sequence[Effect],
-    noise: Mapping[Channel, Noise],
-    estimate: bool,
-    critical_value: float = 0.0,
-) -> ScoreTestResult:
-    """Linearise the refitted model over the strength of every effect.
+def score_test(fit: LinearizedFit, effects: Sequence[Effect], critical_value: float) -> ScoreTestResult:
+    """Linearise the refitted model over the strength of every effect; nothing is refitted.
 
-    ``fit.problem.model`` holds all the effects, at their null values. With ``estimate`` the noise given is only a
-    first guess, and that of the richest fit replaces it: of what no combination of the effects explains.
+    ``fit.problem.model`` holds all the effects, at their null values. The evidence is whitened by the noise of the
+    richest fit: of what no combination of the effects explains.
     """
-    problem = fit.problem
-    columns = tuple(d for effect in effects for d in directions(effect))
-    bare = replace(problem, observed=raw(problem.observed))
-    response = bare.response(np.array([problem.model.vector, *(d.row(problem.model) for d in columns)]))
-    slopes = (response[1:] - response[0]) / np.array([[d.step_size] for d in columns])
-    table = np.vstack([fit.table[:-1], np.where(np.isfinite(slopes), slopes, 0.0), fit.table[-1:]])
-    runs = len(problem.inputs)
-    for _ in range(2 if estimate else 0):
-        total = gram(table, whitened(problem.observed, noise), runs).sum(axis=0)
-        solved = project(total, table.shape[0] - 1).solve[:, -1]
-        noise = noise_of(table[-1] - solved @ table[:-1], problem.observed)
-    white = gram(table, whitened(problem.observed, noise), runs).sum(axis=0)
-    plain = gram(table, in_noise(problem.observed, noise), runs).sum(axis=0)
-    size = sum(series.size for series in whitened(problem.observed, noise))
+    columns, table = _table(fit, effects)
+    gram = table @ table.T
+    solved = project(gram, table.shape[0] - 1).solve[:, -1]
+    white = whitened(table, table[-1] - solved @ table[:-1], fit.problem.observed)
+    white_gram = white @ white.T
     return ScoreTestResult(
         fit=fit,
         directions=columns,
-        noise=noise,
-        white=project(white, fit.free),
-        plain=project(plain, fit.free),
-        s2=project(white, table.shape[0] - 1).error / size,
+        table=table,
+        white=project(white_gram, fit.free),
+        plain=project(gram, fit.free),
+        s2=project(white_gram, table.shape[0] - 1).error / white.shape[1],
         critical_value=critical_value,
     )
+
+
+def projected(fit: LinearizedFit, effects: Sequence[Effect]) -> Projection:
+    """What the free parameters leave of every direction of the effects, in units of the sensors' noise."""
+    _, table = _table(fit, effects)
+    return project(table @ table.T, fit.free)
+
+
+def _table(fit: LinearizedFit, effects: Sequence[Effect]) -> tuple[tuple[Direction, ...], Floats]:
+    """Directions, and rows (free + directions + 1, N): slopes of the free variables, of the effects, the residual."""
+    problem = fit.problem
+    columns = tuple(d for effect in effects for d in directions(effect))
+    response = problem.response(np.array([problem.model.vector, *(d.row(problem.model) for d in columns)]))
+    slopes = (response[1:] - response[0]) / np.array([[d.step_size] for d in columns])
+    return columns, np.vstack([fit.jacobian.T, np.where(np.isfinite(slopes), slopes, 0.0), -fit.residual])

@@ -1,293 +1,253 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forward and backward through the library: refit the best few, keep what the data confirm.
+"""Forward and backward through the library, stage by stage: try the likeliest, keep what is worth having.
 
-A candidate is accepted where the penalised likelihood and leave-one-run-out agree. The search ends when nothing more
-passes; then every accepted effect has to prove itself once more against the others.
+The heat is searched first, on the temperature alone; then the deformation. The search of a stage ends when nothing
+more passes; then every accepted effect has to prove itself once more against the others.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, in_noise, refit
+from lce_analysis.diagnosis.held_out import HeldOut, held_out_misfit, left_out, names_left_out
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
+from lce_analysis.diagnosis.misfit import NOISE, JudgedRuns, Misfit, reduction
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
-from lce_analysis.diagnosis.whitening import Noise
-from lce_analysis.identification.discontinuities import without_discontinuities
+from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
+from lce_analysis.diagnosis.strength import strengths
+from lce_analysis.diagnosis.trial import Trial, first_step, gets_worse, objection, penalty, with_effect
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.parallel import each
-from lce_analysis.identification.problem import Problem, observed_series, start_conditions
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import simulation_input
-from lce_data.channels import SENSORS, Channel
 from lce_data.errors import LceError
-from lce_data.noise import sensor_noise
 from lce_data.progress import Progress
 from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import Effect
 
-Floats = NDArray[np.float64]
-
-# Numbers of the line search that a refit begins with: they change how long it takes, not where it ends.
-LONGEST_FIRST_STEP: Final = 0.3
-"""Longest first step of a search variable, a tenth of its bounds."""
-STEP_LENGTHS: Final = (1.0, 0.4, 0.15)
-"""Shares of that step that are tried."""
-
-
-@dataclass(frozen=True)
-class Refit:
-    """The model refitted with one more effect.
-
-    gain : reduction of the squared whitened error; held_out : the same with each run predicted from the others.
-    """
-
-    score: Score
-    fit: LinearizedFit
-    gain: float
-    held_out: float
-
-    @property
-    def effect(self) -> Effect:
-        """Which effect."""
-        return self.score.effect
-
 
 @dataclass(frozen=True)
 class Step:
-    """One effect accepted: with which it may be confused, and the reduction of the error predicted and found."""
+    """One effect accepted.
 
-    added: str
+    trial : what was found in its stage.
+    alias_set : its name, and those of effects that explain the same.
+    without, with_it : the model refitted without and with it, all stages.
+    train : errors of these two on the runs; held_out : on what was left out.
+    """
+
+    trial: Trial
     alias_set: tuple[str, ...]
-    predicted_reduction: float
-    actual_reduction: float
+    without: StagedFit
+    with_it: StagedFit
+    train: tuple[Misfit, Misfit]
+    held_out: HeldOut
 
+    @property
+    def added(self) -> str:
+        """Name of the effect."""
+        return self.trial.effect.name
 
-def free_parameters(effect: Effect) -> int:
-    """How many parameters the effect adds to a fit."""
-    return sum(not p.fixed for p in effect.parameters)
+    @property
+    def predicted_reduction(self) -> float:
+        """Share of the error above the noise, in the sensors of its stage, that the score test promised."""
+        return self.trial.score.predicted_reduction
 
-
-def penalty(effect: Effect, library: int, false_alarm: float) -> float:
-    """Reduction of the squared whitened error (-2 ln L) that the effect must exceed: 2 n ln(n_library/p)."""
-    return 2.0 * free_parameters(effect) * math.log(library / false_alarm)
-
-
-def with_effect(problem: Problem, effect: Effect) -> Problem:
-    """The problem with the parameters of the effect among the free ones."""
-    extra = [i for i, v in enumerate(problem.model.values) if v.term == effect.name and not v.parameter.fixed]
-    return replace(problem, free=tuple(sorted({*problem.free, *extra})))
-
-
-def without_effect(problem: Problem, effect: Effect) -> Problem:
-    """The problem with the effect at its null value and its parameters fixed at their defaults."""
-    own = {i for i, v in enumerate(problem.model.values) if v.term == effect.name}
-    model = problem.model.set({f"{effect.name}.{p.name}": p.default for p in effect.parameters})
-    return replace(problem, model=model, free=tuple(i for i in problem.free if i not in own))
-
-
-def first_step(tested: ScoreTestResult, score: Score) -> Problem:
-    """The full model moved to the optimum of the linearisation, as far as that helps; one simulation a length."""
-    base, plain = tested.fit.problem, tested.plain
-    base = replace(base, observed=in_noise(base.observed, tested.noise))
-    z, effect = base.first(), score.effect
-    spec = effect.parameter(effect.strength)
-    strength = float(np.clip(plain.strength[score.index], spec.lower - effect.null, spec.upper - effect.null))
-    shift = np.clip(
-        plain.solve[:, -1] - strength * plain.solve[:, score.index], -LONGEST_FIRST_STEP, LONGEST_FIRST_STEP
-    )
-    best, least = base, math.inf
-    for length in STEP_LENGTHS:
-        there = base.at(z + length * shift)
-        value = effect.null + length * strength
-        there = replace(there, model=there.model.set({**score.direction.settings, effect.strength_key: value}))
-        residual = there.residuals(there.first())
-        error = float(residual @ residual)
-        if error < least:
-            best, least = there, error
-    return best
+    @property
+    def actual_reduction(self) -> float:
+        """The share that went, of the two models simulated."""
+        return reduction(*self.train, self.trial.stage.channels)
 
 
 class Search:
-    """The present model within the full one, and what has been accepted so far."""
+    """The present model beside the runs, and what has been accepted and tried so far.
+
+    base, present : the model refitted without any addition, and with what has been accepted.
+    steps : what has been accepted, in its order.
+    scores, tried, aliases : by effect, the latest score test, trial, and effects that look like it.
+    """
 
     def __init__(
         self,
         model: Model,
         runs: Sequence[Run],
+        test_runs: Sequence[Run],
         candidates: Sequence[Effect],
         options: DiagnoseOptions,
         progress: Progress,
     ) -> None:
-        self.options, self.progress, self.candidates = options, progress, list(candidates)
+        if not runs:
+            raise LceError("no runs to diagnose")
+        check_runs(model, runs)
+        self.options, self.progress, self.candidates = options, progress, tuple(candidates)
+        self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
+        self.tests = JudgedRuns.of(test_runs)
         self.steps: list[Step] = []
-        self.doubtful: list[str] = []
-        problem = _problem(model, runs, self.candidates)
-        problem = without_discontinuities(self._refit_present(problem, _misfit(problem)).problem)
-        self.fit = self._refit_present(problem, _misfit(problem))
-        self.score_tests = self._score_tests(_misfit(self.fit.problem))
-        self.first_score_tests, self.before = self.score_tests, self.model()
+        self.scores: dict[str, Score] = {}
+        self.tried: dict[str, Trial] = {}
+        self.aliases: dict[str, tuple[str, ...]] = {}
+        self.present = self.base = self._stagewise(model)
 
-    @property
-    def problem(self) -> Problem:
-        """The present model beside the data, at its least squares."""
-        return self.fit.problem
+    def run(self) -> None:
+        """Search the heat, then the deformation, then look back."""
+        self._forward(heat=True)
+        self._forward(heat=False)
+        self._backward()
 
-    def forward(self) -> None:
-        """Add effects until nothing passes."""
-        while len(self.steps) < self.options.max_effects and self._add_best():
-            self.score_tests = self._score_tests(self.score_tests.noise)
+    def force(self, effect: Effect) -> Trial:
+        """Accept this effect, whatever the data say of it; the trial says what they do."""
+        stages = [s for s in (*self._stages(True), *self._stages(False)) if effect in s.candidates]
+        if not stages:
+            raise LceError(f"{effect.name}: it changes nothing that these runs measured")
+        trials = [t for s in stages for t in self._examined(s, [effect])]
+        best = min(trials, key=lambda t: (bool(t.objection), self._penalty(t.effect) - t.gain))
+        if best.held_out is None:
+            best = replace(best, held_out=self._held_out(best))
+        self._accept(self._step(best, (effect.name,)))
+        return best
 
-    def force(self, effect: Effect) -> bool:
-        """Add this effect whatever the data say of it; True if they confirm it."""
-        score = next(s for s in self.score_tests.by_reduction if s.effect.name == effect.name)
-        (found,) = self._refits([score])
-        self._accept(found, [found])
-        return self._passes(found)
+    def _stagewise(self, model: Model) -> StagedFit:
+        """The model refitted stage by stage, beside it the candidates that it lacks."""
+        left = [e for e in self.candidates if e.reference not in model.effects]
+        return refit_stages(model, self.data, left, self.options, self.progress)
 
-    def backward(self) -> None:
+    def _forward(self, heat: bool) -> None:
+        while len(self.steps) < self.options.max_effects:
+            stages = self._stages(heat)
+            trials = [trial for stage in stages for trial in self._examined(stage, stage.candidates)]
+            trials.sort(key=lambda t: self._penalty(t.effect) - t.gain)
+            step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
+            if step is None:
+                return
+            self._accept(step)
+
+    def _backward(self) -> None:
         """Take out what later additions have made superfluous."""
-        noise = self.score_tests.noise
         for step in self.steps[:-1]:
-            effect = next(e for e in self.candidates if e.name == step.added)
-            label = f"without {effect.name}"
-            without = refit(without_effect(self.problem, effect), noise, label, self.progress, self.options.iterations)
-            if without.error(noise) - self.fit.error(noise) < self._penalty(effect):
+            without = self._stagewise(self.present.model.without(step.trial.effect.reference))
+            before, after = (self._misfit(fit) for fit in (without, self.present))
+            worth = self.options.worth_noise
+            if all(before.mean_square(c) - after.mean_square(c) < worth for c in before.total):
                 self.steps.remove(step)
-                self.fit = without
+                self.present = without
 
-    def model(self) -> Model:
-        """The present model without the effects that were not accepted."""
-        return self._stripped(self.problem.model)
+    def _stages(self, heat: bool) -> tuple[StageProblem, ...]:
+        if heat:
+            return self.present.heat
+        return () if self.present.deformation is None else (self.present.deformation,)
 
-    def remaining(self) -> list[Effect]:
-        """Effects that have not been accepted."""
-        added = {s.added for s in self.steps}
-        return [e for e in self.candidates if e.name not in added]
+    def _examined(self, stage: StageProblem, effects: Sequence[Effect]) -> list[Trial]:
+        """The likeliest effects refitted, and the best of them judged on data left out."""
+        tested = score_test(stage.fit, stage.candidates, self._critical_value)
+        self._note(tested)
+        likely = [s for s in tested.scores if s.effect in effects]
+        if len(effects) > 1:
+            likely = self._likely(stage, likely)
+        trials = sorted(self._refitted(stage, tested, likely), key=lambda t: self._penalty(t.effect) - t.gain)
+        judged = [self._judged(t, contender=i < self.options.contenders) for i, t in enumerate(trials)]
+        self.tried |= {t.effect.name: t for t in judged}
+        return judged
 
-    def _score_tests(self, noise: Mapping[Channel, Noise]) -> ScoreTestResult:
-        """The score test of every effect: test with the noise of the richest fit, refit in units of it, test again."""
-        label = "every effect at once"
-        self.progress(label, 0, 2, float("nan"))
-        noise = score_test(self.fit, self.remaining(), noise, estimate=True).noise
-        self.fit = self._refit_present(self.problem, noise)
-        self.progress(label, 1, 2, float("nan"))
-        critical_value = 2.0 * math.log(len(self.candidates) / self.options.false_alarm)
-        return score_test(self.fit, self.remaining(), noise, estimate=True, critical_value=critical_value)
-
-    def _stripped(self, model: Model) -> Model:
-        for effect in self.remaining():
-            model = model.without(effect.reference)
-        return model
-
-    def _refit_present(self, problem: Problem, noise: Mapping[Channel, Noise]) -> LinearizedFit:
-        """Least squares without any further effect, in the smaller model, which is several times faster."""
-        small = self._stripped(problem.model)
-        free = tuple(small.index(problem.model.values[i].key) for i in problem.free)
-        alone = replace(problem, model=small, free=free)
-        found = refit(alone, noise, "the model as it is", self.progress, self.options.iterations)
-        whole = problem.model.set({v.key: v.value for v in found.problem.model.values})
-        return replace(found, problem=replace(found.problem, model=whole, free=problem.free))
-
-    def _penalty(self, effect: Effect) -> float:
-        return penalty(effect, len(self.candidates), self.options.false_alarm)
-
-    def _add_best(self) -> bool:
-        most = self.options.refitted
-        likely = [*self.score_tests.scores[:most], *self.score_tests.by_reduction[:most]]
-        chosen = {s.effect.name: s for s in reversed(likely) if s.evidence > 0.0 or s.predicted_reduction > 0.0}
-        refits = self._refits(list(chosen.values()))
-        for best in refits:
-            if self._passes(best) and best.score.visibility >= self.options.min_visibility:
-                self._accept(best, refits)
-                return True
-            if best.gain > self._penalty(best.effect):
-                self.doubtful.append(best.effect.name)
-        return False
-
-    def _refits(self, scores: Sequence[Score]) -> list[Refit]:
-        """Least squares of everything with each candidate, judged by one noise, the likeliest first."""
-        fits = self._refitted(scores)
-        if not fits:
+    def _likely(self, stage: StageProblem, scores: list[Score]) -> list[Score]:
+        """The few that promise most; none where all sensors are at their noise already."""
+        if all(x < NOISE + self.options.worth_noise for x in stage.fit.mean_squares.values()):
             return []
-        noise = self._least_noise(fits)
-        error, held_out = self.fit.error(noise), float(self.fit.held_out(noise).sum())
-        refits = [
-            Refit(score, fit, error - fit.error(noise), held_out - float(fit.held_out(noise).sum()))
-            for score, fit in zip(scores, fits, strict=True)
-        ]
-        return sorted(refits, key=lambda r: self._penalty(r.effect) - r.gain)
+        return scores[: self.options.refitted]
 
-    def _refitted(self, scores: Sequence[Score]) -> list[LinearizedFit]:
-        """The model refitted with each candidate alone."""
-        starts = [(f"with {s.effect.name}", with_effect(first_step(self.score_tests, s), s.effect)) for s in scores]
+    def _note(self, tested: ScoreTestResult) -> None:
+        """Keep what the score test says of each effect."""
+        for score in tested.scores:
+            name = score.effect.name
+            self.scores[name] = score
+            others = [o.effect.name for o in tested.scores if o is not score]
+            alike = [o for o in others if tested.collinearity(score, o) >= self.options.alias_correlation]
+            self.aliases[name] = tuple(alike)
+
+    def _refitted(self, stage: StageProblem, tested: ScoreTestResult, scores: Sequence[Score]) -> list[Trial]:
+        starts = [with_effect(first_step(stage, s, tested.plain.solve), s.effect) for s in scores]
         tasks = [
-            partial(refit, start, self.score_tests.noise, label, iterations=self.options.iterations)
-            for label, start in starts
+            partial(refit, start, f"with {s.effect.name}", iterations=self.options.iterations)
+            for start, s in zip(starts, scores, strict=True)
         ]
-        return list(each(tasks, "refits", self.progress))
+        fits = each(tasks, "refits", self.progress)
+        return [Trial(stage, s, fit, stage.fit.error - fit.error) for s, fit in zip(scores, fits, strict=True)]
 
-    def _least_noise(self, fits: Sequence[LinearizedFit]) -> dict[Channel, Noise]:
-        """Of each channel the noise that the best refit leaves, or that of the richest linear fit if it is less."""
-        noise = self.score_tests.noise
-        left = min(fits, key=lambda fit: fit.plain_error(noise)).noise(noise)
-        return {channel: min(left[channel], noise[channel], key=lambda n: n.rms) for channel in noise}
+    def _judged(self, trial: Trial, contender: bool) -> Trial:
+        problem = trial.fit.problem
+        column = problem.free.index(problem.model.index(trial.effect.strength_key))
+        trial = replace(trial, strengths=strengths(trial.fit, column))
+        trial = replace(trial, objection=objection(trial, len(self.candidates), self.options))
+        if trial.objection or not contender:
+            return trial if trial.objection else replace(trial, objection="less")
+        trial = replace(trial, held_out=self._held_out(trial))
+        return replace(trial, objection=objection(trial, len(self.candidates), self.options))
 
-    def _passes(self, found: Refit) -> bool:
-        return found.gain > self._penalty(found.effect) and found.held_out > 0.0
+    def _held_out(self, trial: Trial) -> HeldOut:
+        before = self._left_out(trial.stage, trial.stage.fit, "as it is")
+        after = self._left_out(trial.stage, trial.fit, f"with {trial.effect.name}")
+        return HeldOut(
+            left_out(self.data.judged, self.tests), names_left_out(self.data.judged, self.tests), before, after
+        )
 
-    def _accept(self, best: Refit, refits: Sequence[Refit]) -> None:
-        noise = self.score_tests.noise
-        reduction = 1.0 - best.fit.plain_error(noise) / self.fit.plain_error(noise)
-        alias_set = self._alias_set(best, refits)
-        self.steps.append(Step(best.effect.name, alias_set, best.score.predicted_reduction, reduction))
-        self.fit = best.fit
+    def _left_out(self, stage: StageProblem, fit: LinearizedFit, label: str) -> Misfit:
+        return held_out_misfit(stage, fit, self.data.judged, self.tests, label, self.progress)
 
-    def _alias_set(self, best: Refit, refits: Sequence[Refit]) -> tuple[str, ...]:
-        """The effects that explain the same: refitted nearly as well, or collinear and never refitted.
+    def _confirmed(self, trial: Trial, trials: Sequence[Trial]) -> Step | None:
+        """The step that accepts the effect; None if another sensor pays for it on the runs held out."""
+        step = self._step(trial, self._alias_set(trial, trials))
+        if gets_worse(step.held_out, self.options):
+            self.tried[trial.effect.name] = replace(trial, objection="worse")
+            return None
+        return step
 
-        Collinear is not enough if the bounds of the other's strength leave it too little of the evidence.
-        """
+    def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
+        found = trial.fit.problem.model
+        model = self.present.model.add(trial.effect.reference)
+        model = model.set({v.key: found[v.key] for v in model.values if v.key in found})
+        after = self._stagewise(model)
+        held_out = trial.held_out
+        assert held_out is not None
+        if self.tests.runs:
+            before_it, with_it = (self._misfit(fit, self.tests) for fit in (self.present, after))
+            held_out = replace(held_out, before=before_it, after=with_it)
+        train = self._misfit(self.present), self._misfit(after)
+        return Step(trial, alias_set, self.present, after, train, held_out)
 
-        def penalised(r: Refit) -> float:
-            return self._penalty(r.effect) - r.gain
+    def _accept(self, step: Step) -> None:
+        self.steps.append(step)
+        self.present = step.with_it
 
-        threshold = 2.0 * math.log(self.options.min_likelihood_ratio)
-        close = [r.effect.name for r in refits if penalised(r) - penalised(best) < threshold]
-        refitted = {r.effect.name for r in refits}
+    def _misfit(self, fit: StagedFit, judged: JudgedRuns | None = None) -> Misfit:
+        return self.misfit(fit.model, fit.drive, judged)
+
+    def misfit(self, model: Model, drive: Drive, judged: JudgedRuns | None = None) -> Misfit:
+        """Errors of a model simulated beside the runs, or others."""
+        return (self.data.judged if judged is None else judged).misfit(self.whole(model), drive)
+
+    def whole(self, model: Model) -> Model:
+        """The model with all candidates at their null values, where they change nothing: it is compiled already."""
+        return with_candidates(model, self.candidates)
+
+    def _alias_set(self, best: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
+        """The effects that explain the same: refitted nearly as well, or collinear and never refitted."""
+        inflation = best.strengths.inflation if best.strengths else 1.0
+        threshold = 2.0 * math.log(self.options.min_likelihood_ratio) * inflation
+        close = [t.effect.name for t in trials if t.stage.part == best.stage.part and best.gain - t.gain < threshold]
+        refitted = {t.effect.name for t in trials}
         collinear = [
-            s.effect.name
-            for s in self.score_tests.scores
-            if s.effect.name not in refitted
-            and s.evidence > self.options.alias_evidence * best.score.evidence
-            and self.score_tests.collinearity(best.score, s.effect.name) >= self.options.alias_correlation
+            name
+            for name in self.aliases[best.effect.name]
+            if name not in refitted
+            and self.scores[name].predicted_gain > self.options.alias_evidence * best.score.predicted_gain
         ]
         return tuple(dict.fromkeys([best.effect.name, *close, *collinear]))
 
+    @property
+    def _critical_value(self) -> float:
+        """Evidence beyond which a strength would not be chance."""
+        return 2.0 * math.log(max(len(self.candidates), 1) / self.options.false_alarm)
 
-def _problem(model: Model, runs: Sequence[Run], candidates: Sequence[Effect]) -> Problem:
-    """The model, with all candidates at their null values, beside the runs."""
-    if not runs:
-        raise LceError("no runs to diagnose")
-    check_runs(model, runs)
-    inputs = [simulation_input(run, model) for run in runs]
-    whole = model
-    for effect in candidates:
-        whole = whole.add(effect.reference)
-    free = tuple(whole.index(v.key) for v in model.values if not v.fixed)
-    starts = np.array([i.start_k if np.isfinite(i.start_k) else model["ambient.t_env"] for i in inputs])
-    observed = observed_series(inputs, sensor_noise(runs, SENSORS))
-    return Problem(whole, inputs, free, starts, observed, *start_conditions(inputs, model))
-
-
-def _misfit(problem: Problem) -> dict[Channel, Noise]:
-    """The RMS residual of each sensor, taken for white noise: it balances the sensors before their noise is known."""
-    first = problem.first()
-    channels = dict.fromkeys(series.channel for series in problem.observed)
-    sigma = {channel: problem.series_rms(first, channel) for channel in channels}
-    return {channel: Noise(np.empty(0), s, s) for channel, s in sigma.items()}
+    def _penalty(self, effect: Effect) -> float:
+        return penalty(effect, len(self.candidates), self.options.false_alarm)

@@ -7,20 +7,20 @@ fitted to all runs but one must predict that one too, or it is chance. What dist
 where it differs from the modelled one, which the noise of two separate sensors cannot do.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.diagnosis.linearized_fit import whitened
-from lce_analysis.diagnosis.whitening import Noise
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, spans
+from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.whitening import whitened
 from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import STATE, measured_drive
 from lce_data.channels import TEMPERATURE, Channel
-from lce_data.noise import noise_floor
 
 Floats = NDArray[np.float64]
 
@@ -67,15 +67,23 @@ UNITS: Final = {
 }
 
 
-def dependences(problem: Problem, residual: Floats, options: DiagnoseOptions) -> list[Dependence]:
-    """Every sensor against every covariate, strongest first; ``residual`` (N,) is measured minus model, unwhitened."""
+def left_over(fit: StagedFit, options: DiagnoseOptions) -> tuple[tuple[Dependence, ...], str]:
+    """What the residual of a model still depends on, strongest first, and what is left, in words."""
+    fits = [] if fit.deformation is None else [fit.deformation.fit]
+    if fit.heat and (fit.deformation is None or fit.deformation.part == "deformation"):
+        fits.append(fit.heat[0].fit)
+    found = sorted((d for one in fits for d in dependences(one, options)), key=lambda d: -d.share)
+    loud = [one for one in fits if any(x > options.explained**2 for x in one.mean_squares.values())]
+    unlike = [text for one in loud for text in unlike_noise(one, options)]
+    strong = [d for d in found if loud and d.share >= options.structured]
+    return tuple(found), in_words(strong, unlike)
+
+
+def dependences(fit: LinearizedFit, options: DiagnoseOptions) -> list[Dependence]:
+    """Every sensor against every covariate, strongest first."""
+    problem = fit.problem
     by_channel: dict[Channel, list[_ResidualSeries]] = {}
-    begin = 0
-    parts = []
-    for series in problem.observed:
-        part = residual[begin : begin + series.measured.size]
-        parts.append(part if series.keep is None else part * series.keep)
-        begin += series.measured.size
+    parts = _parts(fit, in_si=True)
     starts = problem.split(problem.first())[1]
     for i in range(len(problem.inputs)):
         free = problem.model.vector[list(problem.free)]
@@ -117,7 +125,11 @@ def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> di
     }
     if np.isfinite(out[:, STATE["displacement"]]).all():
         found["displacement"] = sampled(out[:, STATE["displacement"]])
-    if channel is not TEMPERATURE and problem.inputs[run].run.temperature is not None:
+    if (
+        channel is not TEMPERATURE
+        and problem.inputs[run].run.temperature is not None
+        and not problem.inputs[run].driven
+    ):
         vector, start = problem.model.vector[None], np.array([problem.split(problem.first())[1][run]])
         driven = measured_drive(problem.inputs[run], problem.model, float(start[0]))
         moved = (
@@ -171,34 +183,39 @@ def _hats(x: Floats, knots: Floats) -> Floats:
     return basis
 
 
-def unlike_noise(
-    problem: Problem, residual: Floats, noise: Mapping[Channel, Noise], options: DiagnoseOptions
-) -> list[str]:
-    """What sets a residual (N,) apart from the noise of any sensor, in words: its size, or its jumps."""
-    parts = np.split(residual, np.cumsum([series.measured.size for series in problem.observed])[:-1])
+def _parts(fit: LinearizedFit, in_si: bool) -> list[Floats]:
+    """Measured minus model of each series (n,), in its SI unit or in units of its noise; 0 where it does not count."""
+    observed = fit.problem.observed
+    return [
+        -fit.residual[begin:end] / (series.weight if in_si else 1.0)
+        for (begin, end), series in zip(spans(observed), observed, strict=True)
+    ]
+
+
+def unlike_noise(fit: LinearizedFit, options: DiagnoseOptions) -> list[str]:
+    """What sets a residual apart from the noise of any sensor, in words: its size, or its jumps."""
+    observed, parts = fit.problem.observed, _parts(fit, in_si=False)
     found = []
-    for channel in dict.fromkeys(series.channel for series in problem.observed):
-        name = channel.name
-        observed = [series for series in problem.observed if series.channel is channel]
-        own = [part for series, part in zip(problem.observed, parts, strict=True) if series.channel is channel]
-        measured = [problem.inputs[series.run].run.series[channel] for series in observed]
-        rms = float(np.sqrt(np.mean(np.concatenate(own) ** 2)))
-        ratio = rms / float(np.sqrt(np.mean([noise_floor(s) ** 2 for s in measured])))
-        if ratio > options.rough and rms > options.rough_range * max(float(np.ptp(s.value)) for s in measured):
-            found.append(f"{name} is left with {ratio:.0f} times the sample-to-sample noise of its sensor")
-        innovations = [series.weighted(part) for series, part in zip(whitened(observed, noise), own, strict=True)]
-        white = np.concatenate(innovations)
+    for channel, mean_square in fit.mean_squares.items():
+        own = [series for series in observed if series.channel is channel]
+        rms = float(np.sqrt(mean_square))
+        measured = max(float(np.ptp(series.measured)) * series.weight for series in own)
+        if rms > options.rough and rms > options.rough_range * measured:
+            found.append(f"{channel.name} is left with {rms:.0f} times the noise of its sensor")
+        residual = np.concatenate(
+            [part for series, part in zip(observed, parts, strict=True) if series.channel is channel]
+        )
+        white = whitened(residual[None], residual, own)[0]
         spread = float(np.median(np.abs(white))) / MAD_OF_NORMAL
         jumps = white[np.abs(white) > options.jump_size * spread]
         share = float(np.sum(jumps**2) / max(float(np.sum(white**2)), 1e-300))
         if share > options.jumping:
-            found.append(f"{name} jumps ({share:.0%} of what is new from sample to sample)")
+            found.append(f"{channel.name} jumps ({share:.0%} of what is new from sample to sample)")
     return found
 
 
-def in_words(found: Sequence[Dependence], unlike: Sequence[str], options: DiagnoseOptions) -> str:
+def in_words(strong: Sequence[Dependence], unlike: Sequence[str]) -> str:
     """What is left, as a sentence: dependences above the threshold, then what is unlike noise; empty if neither."""
-    strong = [d for d in found if d.share >= options.structured]
     words = ["no effect of the library explains what is left"]
     if strong:
         listed = "; ".join(f"{d.channel.name} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])

@@ -13,7 +13,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
-from scipy.signal import correlate
+from scipy.signal import correlate, lfilter
+
+from lce_analysis.diagnosis.linearized_fit import spans
+from lce_analysis.identification.problem import ObservedSeries
+from lce_data.channels import Channel
 
 Floats = NDArray[np.float64]
 
@@ -61,3 +65,21 @@ def autoregressive(residuals: Sequence[Floats]) -> Noise:
 def _covariance(r: Floats, longest: int) -> Floats:
     """Sums of lagged products (longest + 1,)."""
     return np.asarray(correlate(r, r, mode="full", method="fft")[r.size - 1 : r.size + longest])
+
+
+def noise_of(residual: Floats, observed: Sequence[ObservedSeries]) -> dict[Channel, Noise]:
+    """Noise of each channel from a residual (N,); samples that do not count are left out."""
+    parts: dict[Channel, list[Floats]] = {}
+    for (begin, end), series in zip(spans(observed), observed, strict=True):
+        part = residual[begin:end]
+        parts.setdefault(series.channel, []).append(part if series.keep is None else part[series.keep > 0.0])
+    return {channel: autoregressive(members) for channel, members in parts.items()}
+
+
+def whitened(rows: Floats, residual: Floats, observed: Sequence[ObservedSeries]) -> Floats:
+    """Rows (m, N) filtered series by series until ``residual`` (N,) would be white noise of variance 1."""
+    noise, parts = noise_of(residual, observed), []
+    for (begin, end), series in zip(spans(observed), observed, strict=True):
+        own = noise[series.channel]
+        parts.append(lfilter(own.whitening, np.ones(1), rows[:, begin:end])[:, own.coefficients.size :] / own.sigma)
+    return np.concatenate(parts, axis=1)

@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import linearised, refit
-from lce_analysis.diagnosis.score import score_test
-from lce_analysis.diagnosis.search import with_effect
-from lce_analysis.diagnosis.whitening import Noise
+from lce_analysis.diagnosis.score import projected
+from lce_analysis.diagnosis.trial import with_effect
 from lce_analysis.experiment_design.waves import random_wave, varied_wave, wave_from_text, wave_text
 from lce_analysis.identification.problem import Problem, observed_series
 from lce_analysis.options import DesignOptions
 from lce_analysis.prediction import simulation_input
-from lce_data.channels import POWER, SENSORS, TEMPERATURE, Channel
+from lce_data.channels import POWER, SENSORS, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run, Series
@@ -180,27 +179,21 @@ def _problem(rivals: _Rivals, which: int, time: Floats, power: Floats, options: 
     return Problem(rivals.whole, inputs, free, ambient, observed, (), (0,))
 
 
-def _white(options: DesignOptions) -> dict[Channel, Noise]:
-    """The noise of the sensors, white."""
-    return {channel: Noise(np.empty(0), sigma, sigma) for channel, sigma in options.noise.items()}
-
-
 def _distance(rivals: _Rivals, which: int, time: Floats, power: Floats, options: DesignOptions) -> float:
     """What remains of the true model's signature when the rival and the free parameters are projected out."""
     rival = rivals.effects[1 - which]
     fit = linearised(_problem(rivals, which, time, power, options))
-    projection = score_test(fit, [rival], _white(options), estimate=False).plain
+    projection = projected(fit, [rival])
     return math.sqrt(max(0.0, projection.error - float(np.max(projection.reduction, initial=0.0))))
 
 
 def _refitted(rivals: _Rivals, found: Design, options: DesignOptions, progress: Progress) -> float:
     """The separation with the rival refitted for good, the worse of both ways round."""
-    errors, noise = [], _white(options)
+    errors = []
     for which in (0, 1):
         rival = rivals.effects[1 - which]
         problem = _problem(rivals, which, found.time_s, found.power_w, options)
         start = replace(problem, model=problem.model.set(rivals.strengths[1 - which]))
         label = f"{rival.name} refitted"
-        found_again = refit(with_effect(start, rival), noise, label, progress, options.iterations)
-        errors.append(found_again.plain_error(noise))
+        errors.append(refit(with_effect(start, rival), label, progress, options.iterations).error)
     return math.sqrt(min(errors))

@@ -27,6 +27,7 @@ from lce_analysis.identification.least_squares import (
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, observed_series, start_conditions, with_thermal_state
 from lce_analysis.identification.result import FitResult
+from lce_analysis.identification.stages import HEAT_STAGES, MECHANICAL_STAGES, thermal_stage
 from lce_analysis.options import FitOptions
 from lce_analysis.prediction import (
     MECHANICAL,
@@ -42,13 +43,10 @@ from lce_data.noise import sensor_noise
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model, default_model
-from lce_model.effects import find
-from lce_model.terms import STAGES, Stage, reads
+from lce_model.terms import STAGES, Stage
 
 Floats = NDArray[np.float64]
 
-HEAT_STAGES = frozenset[Stage]({"surroundings", "light", "heat"})
-MECHANICAL_STAGES = frozenset(STAGES) - HEAT_STAGES
 HALVING = ((20, 8), (5, 25), (2, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps.
 
@@ -133,22 +131,6 @@ def check_runs(model: Model, runs: Sequence[Run], options: FitOptions = FitOptio
         raise LceError(f"no run has a {names}; fit with --deformation none")
 
 
-def _thermal_stage(model: Model) -> Model:
-    """The P→T stage by itself, which is the faster to simulate; the whole model where the strip acts back on it.
-
-    Stages stand in their order: its values are the first ones of the whole model, at the same places.
-    """
-    effects = [find(e) for e in model.effects]
-    kept = tuple(e.reference for e in effects if e.stage in HEAT_STAGES or "measured_temperature" in e.outputs)
-    alone = default_model(model.thermal, "none", kept)
-    names = {t.name for t in alone.terms}
-    behind = {"order", *(signal for t in model.terms if t.name not in names for signal in t.outputs)}
-    if any(reads(t, signal) for t in alone.terms for signal in behind):
-        return model
-    own = {v.key: v for v in model.values}
-    return alone.with_values(tuple(own[v.key] for v in alone.values), {})
-
-
 class _Search:
     """The state of one identification: a model that gets better, and the start temperatures that go with it."""
 
@@ -190,7 +172,7 @@ class _Search:
         best: tuple[Problem, Optimum] | None = None
         whole = self.model
         for guess in self._thermal_guesses():
-            alone = _thermal_stage(guess)
+            alone = thermal_stage(guess)
             problem = Problem(alone, self.inputs, free, self.starts, observed, with_thermal_state(self.inputs))
             optimum = self._polish(problem, "temperature")
             if best is None or optimum.rms < best[1].rms:

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one metric of the diagnosis: squared errors in units of the noise of the sensor that measured.
+
+Models are fitted in it, judged by it, and it is what tables show. The noise of a series comes from the series alone
+(:func:`lce_data.noise.noise_floor`), so `lce compare` prints the same numbers for the same model.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.options import Drive
+from lce_analysis.prediction import predict
+from lce_data.channels import SENSORS, Channel
+from lce_data.noise import noise_floor
+from lce_data.run import Run
+from lce_model import Model
+
+Floats = NDArray[np.float64]
+
+NOISE: Final = 1.0
+"""Mean square of a residual that is nothing but noise."""
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Squared errors by channel and run; a channel that no run measured is absent.
+
+    total : (runs,) sum of squares in units of the noise.
+    samples : (runs,) how many.
+    """
+
+    total: Mapping[Channel, Floats]
+    samples: Mapping[Channel, Floats]
+
+    def mean_square(self, channel: Channel) -> float:
+        """Over all runs together; 1 is nothing but noise."""
+        return float(self.total[channel].sum() / self.samples[channel].sum())
+
+    @property
+    def rms(self) -> dict[Channel, float]:
+        """RMS error of each channel over all runs together, in units of the noise."""
+        return {channel: float(np.sqrt(self.mean_square(channel))) for channel in self.total}
+
+    def above_noise(self, channel: Channel) -> float:
+        """Mean square beyond the noise, at least 0."""
+        return max(self.mean_square(channel) - NOISE, 0.0)
+
+    def __add__(self, other: "Misfit") -> "Misfit":
+        """Those of other runs, behind these."""
+        both = dict.fromkeys([*self.total, *other.total])
+        none = np.empty(0)
+        return Misfit(
+            {c: np.concatenate([self.total.get(c, none), other.total.get(c, none)]) for c in both},
+            {c: np.concatenate([self.samples.get(c, none), other.samples.get(c, none)]) for c in both},
+        )
+
+
+@dataclass(frozen=True)
+class JudgedRuns:
+    """Runs, with the RMS noise [SI] of each of their series."""
+
+    runs: tuple[Run, ...]
+    noise: tuple[Mapping[Channel, float], ...]
+
+    @classmethod
+    def of(cls, runs: Sequence[Run]) -> "JudgedRuns":
+        """Estimate the noise of every series."""
+        return cls(tuple(runs), tuple({c: noise_floor(series) for c, series in run.measured.items()} for run in runs))
+
+    def only(self, i: int) -> "JudgedRuns":
+        """One of them."""
+        return JudgedRuns((self.runs[i],), (self.noise[i],))
+
+    @property
+    def sensor_noise(self) -> dict[Channel, float]:
+        """RMS noise [SI] of each channel over the runs that measured it."""
+        levels = {c: [noise[c] for noise in self.noise if c in noise] for c in SENSORS}
+        return {c: float(np.sqrt(np.mean(np.square(found)))) for c, found in levels.items() if found}
+
+    def misfit(self, model: Model, drive: Drive = "model", channels: Sequence[Channel] = SENSORS) -> Misfit:
+        """Simulate every run with the model. Raises LceError if a run lacks what the model needs."""
+        total: dict[Channel, list[float]] = {}
+        samples: dict[Channel, list[float]] = {}
+        for run, noise in zip(self.runs, self.noise, strict=True):
+            for channel, modelled in predict(model, run, drive).at_samples.items():
+                if channel in channels:
+                    residual = (modelled - run.series[channel].value) / noise[channel]
+                    total.setdefault(channel, []).append(float(residual @ residual))
+                    samples.setdefault(channel, []).append(float(residual.size))
+        return Misfit({c: np.array(x) for c, x in total.items()}, {c: np.array(x) for c, x in samples.items()})
+
+
+def share_removed(before: Misfit, after: Misfit, channel: Channel) -> float:
+    """Share of a channel's squared error above the noise that went; 0 where nothing was above it."""
+    above = before.above_noise(channel)
+    return (above - after.above_noise(channel)) / above if above > 0.0 else 0.0
+
+
+def reduction_of(before: Mapping[Channel, float], after: Mapping[Channel, float]) -> float:
+    """Share of the mean squared error above the noise that went, over all channels with the same weight."""
+    above = sum(max(x - NOISE, 0.0) for x in before.values())
+    return 1.0 - sum(max(after[c] - NOISE, 0.0) for c in before) / above if above > 0.0 else 0.0
+
+
+def reduction(before: Misfit, after: Misfit, channels: Sequence[Channel]) -> float:
+    """The same of two misfits, over the channels that both have."""
+    shared = [c for c in channels if c in before.total and c in after.total]
+    return reduction_of({c: before.mean_square(c) for c in shared}, {c: after.mean_square(c) for c in shared})

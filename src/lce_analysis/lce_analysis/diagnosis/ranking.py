@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One ranking of the candidates, sorted by what decides, each with its reason in plain words."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from lce_analysis.diagnosis.score import Score
+from lce_analysis.diagnosis.search import Search, Step
+from lce_analysis.diagnosis.strength import Estimate
+from lce_analysis.diagnosis.trial import Objection, Trial
+from lce_model.effects import Effect
+
+Standing = Literal["missing", "trace", "rejected", "not tried"]
+"""Worth having; significant, but not worth having; refitted and refused; too little promise for a refit."""
+
+REASON: Final[Mapping[Objection, str]] = {
+    "": "nothing speaks against it, but another effect explains more",
+    "less": "others explain more",
+    "null": "refitted, its strength stays at zero or the error does not fall",
+    "chance": "the error falls no more than chance would let it",
+    "masked": "the free parameters of the model can do the same",
+    "worse": "on data left out an error rises",
+    "small": "it removes too little of the error on data left out",
+    "varies": "every run wants another strength of it",
+}
+TRACES: Final = frozenset[Objection]({"small"})
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect of the library and what became of it.
+
+    score : the score test that led to its trial, or the last one.
+    trial : its refit; None if it was not tried.
+    standing, reason : the outcome, and why, in words.
+    aliases : effects that look like it in these data.
+    """
+
+    score: Score
+    trial: Trial | None
+    standing: Standing
+    reason: str
+    aliases: tuple[str, ...]
+
+    @property
+    def effect(self) -> Effect:
+        """Which effect."""
+        return self.score.effect
+
+    @property
+    def predicted_reduction(self) -> float:
+        """Share of the error above the noise that the score test promised."""
+        return self.score.predicted_reduction
+
+    @property
+    def actual_reduction(self) -> float | None:
+        """The share that went in the refit; None if there was none."""
+        return None if self.trial is None else self.trial.reduction
+
+    @property
+    def strength(self) -> Estimate | None:
+        """As refitted."""
+        return None if self.trial is None or self.trial.strengths is None else self.trial.strengths.overall
+
+    @property
+    def settings(self) -> Mapping[str, float]:
+        """TERM.PARAM to value of all its parameters: as refitted, or as the score test expects them."""
+        if self.trial is None:
+            return self.score.settings_at_expected_strength
+        own = self.trial.fit.problem.model.values
+        return {v.key: v.value for v in own if v.term == self.effect.name and not v.parameter.fixed}
+
+
+def ranking(search: Search) -> tuple[Candidate, ...]:
+    """Every candidate once: what was accepted, what was tried by its gain, then the rest by what it promised."""
+    accepted = {step.added: step for step in search.steps}
+    found = [_candidate(search, name, score, accepted.get(name)) for name, score in search.scores.items()]
+    order = list(accepted)
+
+    def key(c: Candidate) -> tuple[float, float]:
+        if c.effect.name in accepted:
+            return 0.0, float(order.index(c.effect.name))
+        return (1.0, -c.trial.gain) if c.trial else (2.0, -c.score.predicted_gain)
+
+    return tuple(sorted(found, key=key))
+
+
+def _candidate(search: Search, name: str, score: Score, step: Step | None) -> Candidate:
+    aliases = search.aliases.get(name, ())
+    if step is not None:
+        return Candidate(step.trial.score, step.trial, "missing", "worth having", aliases)
+    trial = search.tried.get(name)
+    if trial is None:
+        return Candidate(score, None, "not tried", "it promised too little for a refit", aliases)
+    standing: Standing = "trace" if trial.objection in TRACES else "rejected"
+    return Candidate(trial.score, trial, standing, REASON[trial.objection], aliases)
+
+
+def traces(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Significant, and not worth having."""
+    return tuple(c for c in candidates if c.standing == "trace")

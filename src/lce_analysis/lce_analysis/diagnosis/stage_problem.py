@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each stage of a model is judged on: the least squares of the heat alone, of the deformation, and of both.
+
+The heat is judged first, on the measured temperature alone. Then the displacement: together with the temperature, all
+parameters free, as long as this leaves the temperature as the heat alone explains it. Where the deformation would bend
+it, the thermal parameters stay as the heat alone has them; where not even the heat explains the temperature, the
+measured one, smoothed, drives the deformation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
+from lce_analysis.diagnosis.misfit import JudgedRuns
+from lce_analysis.identification.discontinuities import without_discontinuities
+from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
+from lce_analysis.identification.stages import acts_back, acts_on_temperature, thermal_stage
+from lce_analysis.options import DiagnoseOptions, Drive
+from lce_analysis.prediction import MECHANICAL, SimulationInput, measured_drive
+from lce_data.channels import SENSORS, TEMPERATURE, Channel
+from lce_data.progress import Progress
+from lce_model import Model
+from lce_model.effects import Effect
+
+Floats = NDArray[np.float64]
+Part = Literal["heat", "deformation", "both"]
+"""Which part of the model a problem judges: P → T, T → d, or both together."""
+
+
+@dataclass(frozen=True)
+class StageProblem:
+    """A part of the model beside the runs, with all candidates for it at their null values.
+
+    part : what is judged.
+    fit : at least squares without any candidate.
+    candidates : effects that could act in this part.
+    drive : what drives the deformation.
+    """
+
+    part: Part
+    fit: LinearizedFit
+    candidates: tuple[Effect, ...]
+    drive: Drive
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The sensors by which it is judged."""
+        return tuple(dict.fromkeys(series.channel for series in self.fit.problem.observed))
+
+
+@dataclass(frozen=True)
+class StagedFit:
+    """A model refitted stage by stage.
+
+    model : without any candidate.
+    heat : judged on the temperature alone, once more with the whole model where a candidate acts back on it.
+    deformation : judged on the displacement, or on both; None where none was measured.
+    bent : would the deformation have bent the temperature, had both been fitted together?
+    """
+
+    model: Model
+    heat: tuple[StageProblem, ...]
+    deformation: StageProblem | None
+    bent: bool
+
+    @property
+    def drive(self) -> Drive:
+        """What drives the deformation."""
+        return "model" if self.deformation is None else self.deformation.drive
+
+
+@dataclass(frozen=True)
+class Data:
+    """The runs, laid out for simulation."""
+
+    judged: JudgedRuns
+    inputs: tuple[SimulationInput, ...]
+
+    def observed(self, channels: Sequence[Channel]) -> tuple[ObservedSeries, ...]:
+        """The measured series of some channels, each in units of its noise; a temperature that drives is none."""
+        return tuple(
+            ObservedSeries(i, c, run_input.sampling[c], series.value, 1.0 / self.judged.noise[i][c])
+            for i, run_input in enumerate(self.inputs)
+            for c, series in run_input.run.measured.items()
+            if c in channels and not (c is TEMPERATURE and run_input.driven)
+        )
+
+    def driven_by_measurement(self, model: Model, starts_k: Floats) -> "Data":
+        """The runs, their deformation driven by the measured temperature, smoothed around the model's."""
+        return replace(
+            self, inputs=tuple(measured_drive(p, model, float(starts_k[i])) for i, p in enumerate(self.inputs))
+        )
+
+
+def with_candidates(model: Model, candidates: Sequence[Effect]) -> Model:
+    """The model with every candidate that it lacks, at its null value."""
+    return reduce(Model.add, [e.reference for e in candidates if e.reference not in model.effects], model)
+
+
+def carried(model: Model, values: Model) -> Model:
+    """The model with the values of another one, where they have a parameter in common."""
+    return model.set({v.key: v.value for v in values.values if v.key in model and v.value != model[v.key]})
+
+
+def refit_stages(
+    model: Model, data: Data, candidates: Sequence[Effect], options: DiagnoseOptions, progress: Progress
+) -> StagedFit:
+    """The model at least squares, the heat first, with its candidates at their null values beside it."""
+    heat = _heat(model, data, candidates, options, progress)
+    starts = _starts(model, data)
+    if heat:
+        fitted = heat[0].fit.problem
+        model, starts = carried(model, fitted.model), fitted.split(fitted.first())[1]
+    if not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
+        return StagedFit(model, heat, None, False)
+    both = _both(model, data, starts, candidates, options, progress)
+    if not heat or not _bends(heat[0].fit, both.fit, options):
+        return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
+    alone = _deformation(model, data, starts, candidates, heat[0].fit, options, progress)
+    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, True)
+
+
+def _bends(heat: LinearizedFit, both: LinearizedFit, options: DiagnoseOptions) -> bool:
+    """Is the temperature explained worse together with the displacement than alone?"""
+    alone, together = heat.mean_squares[TEMPERATURE], both.mean_squares.get(TEMPERATURE, 0.0)
+    return together > alone + options.bent * max(alone, 1.0)
+
+
+def _heat(
+    model: Model, data: Data, candidates: Sequence[Effect], options: DiagnoseOptions, progress: Progress
+) -> tuple[StageProblem, ...]:
+    observed = data.observed([TEMPERATURE])
+    if model.thermal == "none" or not observed:
+        return ()
+    own = [c for c in candidates if acts_on_temperature(c)]
+    back = [c for c in own if model.deformation != "none" and acts_back(c, model)]
+    ahead = [c for c in own if c not in back]
+    alone = with_candidates(thermal_stage(model), ahead)
+    free = _free(alone, model, heat=True)
+    problem = Problem(alone, data.inputs, free, _starts(model, data), observed, *start_conditions(data.inputs, model))
+    fit = refit(problem, "temperature", progress, options.iterations)
+    stages = [StageProblem("heat", fit, tuple(ahead), "model")]
+    if back:
+        whole = carried(with_candidates(model, back), fit.problem.model)
+        again = replace(fit.problem, model=whole, free=_free(whole, model, heat=True))
+        stages.append(StageProblem("heat", replace(fit, problem=again), tuple(back), "model"))
+    return tuple(stages)
+
+
+def _both(
+    model: Model,
+    data: Data,
+    starts: Floats,
+    candidates: Sequence[Effect],
+    options: DiagnoseOptions,
+    progress: Progress,
+) -> StageProblem:
+    whole = with_candidates(model, candidates)
+    observed = data.observed([c for c in SENSORS if model.predicts(c)])
+    conditions = start_conditions(data.inputs, model)
+    problem = Problem(whole, data.inputs, _free(whole, model), starts, observed, *conditions)
+    fit = _refit_between_jumps(problem, "both stages", options, progress)
+    part: Part = "both" if any(s.channel is TEMPERATURE for s in observed) else "deformation"
+    return StageProblem(part, fit, tuple(candidates), "model")
+
+
+def _deformation(
+    model: Model,
+    data: Data,
+    starts: Floats,
+    candidates: Sequence[Effect],
+    heat: LinearizedFit,
+    options: DiagnoseOptions,
+    progress: Progress,
+) -> StageProblem:
+    """T → d alone: driven by the thermal state if that explains the temperature, else by the measured one."""
+    explained = heat.mean_squares[TEMPERATURE] <= options.explained**2
+    drive: Drive = "model" if explained else "measured"
+    data = data if explained else data.driven_by_measurement(model, starts)
+    own = [c for c in candidates if not acts_on_temperature(c)]
+    whole = with_candidates(model, own)
+    observed = data.observed([c for c in MECHANICAL if model.predicts(c)])
+    at_ambient = start_conditions(data.inputs, model)[1]
+    problem = Problem(whole, data.inputs, _free(whole, model, heat=False), starts, observed, (), at_ambient)
+    return StageProblem(
+        "deformation", _refit_between_jumps(problem, "displacement", options, progress), tuple(own), drive
+    )
+
+
+def _refit_between_jumps(problem: Problem, label: str, options: DiagnoseOptions, progress: Progress) -> LinearizedFit:
+    """Least squares of the samples away from the jumps of the model, which are found at its optimum."""
+    problem = without_discontinuities(problem)
+    return refit(problem, label, progress, options.iterations)
+
+
+def _free(whole: Model, model: Model, heat: bool | None = None) -> tuple[int, ...]:
+    """Positions in ``whole`` of the free parameters of ``model``: of the heat, of what is behind it, or of both."""
+    chosen = {t.name for t in model.terms if heat is None or acts_on_temperature(t) is heat}
+    return tuple(whole.index(v.key) for v in model.values if not v.fixed and v.term in chosen)
+
+
+def _starts(model: Model, data: Data) -> Floats:
+    ambient = float("nan") if model.thermal == "none" else model["ambient.t_env"]
+    return np.array([p.start_k if np.isfinite(p.start_k) else ambient for p in data.inputs])

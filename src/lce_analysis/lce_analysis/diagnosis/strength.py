@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One strength or as many as runs? The strength of an effect, from all runs and from each of them.
+
+A true effect has one strength. What merely stands in for it needs another in every run. Both are read off the
+linearisation at the optimum with the effect: all other parameters are shared by the runs and re-estimated together
+with a strength for each run.
+
+Standard errors are those of a sandwich estimator, clustered in time (Liang and Zeger 1986): residuals within a block
+may be correlated in any way, and larger in some blocks than in others, as the misfit of an imperfect model is.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit
+from lce_analysis.diagnosis.projection import RANK
+
+Floats = NDArray[np.float64]
+
+BLOCK_S: Final = 10.0
+"""Length of a block [s]: longer than the noise of any sensor is correlated."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and its standard error, in the same unit."""
+
+    value: float
+    standard_error: float
+
+
+@dataclass(frozen=True)
+class Strengths:
+    """The strength of an effect beyond its null value.
+
+    overall : from all runs together.
+    inflation : squared standard error over that which white noise of the sensors alone would give.
+    by_run : from each run; None where a run says nothing of it.
+    """
+
+    overall: Estimate
+    inflation: float
+    by_run: tuple[Estimate | None, ...]
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation between runs beyond their standard errors (DerSimonian and Laird 1986)."""
+        known = [e for e in self.by_run if e is not None]
+        if len(known) < 2:
+            return 0.0
+        value = np.array([e.value for e in known])
+        weight = np.array([e.standard_error**-2 for e in known])
+        mean = float(np.sum(weight * value) / np.sum(weight))
+        q = float(np.sum(weight * (value - mean) ** 2))
+        scale = float(np.sum(weight) - np.sum(weight**2) / np.sum(weight))
+        return math.sqrt(max(0.0, (q - (len(known) - 1)) / scale)) if scale > 0.0 else 0.0
+
+    @property
+    def mean(self) -> Estimate:
+        """Mean over the runs, with the spread between them in its standard error."""
+        known = [e for e in self.by_run if e is not None]
+        if len(known) < 2:
+            return self.overall
+        spread = self.spread
+        weight = np.array([1.0 / (e.standard_error**2 + spread**2) for e in known])
+        value = np.array([e.value for e in known])
+        return Estimate(float(np.sum(weight * value) / np.sum(weight)), float(np.sum(weight) ** -0.5))
+
+
+def strengths(fit: LinearizedFit, column: int) -> Strengths:
+    """Strengths of the effect whose strength is the free variable ``column`` of a fit that stands at its optimum.
+
+    They are in the unit of the parameter, as differences from its null value only if that is 0: the value at the
+    optimum plus what each run would change.
+    """
+    runs = len(fit.problem.inputs)
+    blocks = _blocks(fit)
+    own = fit.jacobian[:, column]
+    others = np.delete(fit.jacobian, column, axis=1)
+    position = fit.problem.free[column]
+    value = float(fit.problem.model.vector[position])
+    slope = _slope(fit, column)
+    run_of = np.concatenate([np.full(series.size, series.run) for series in fit.problem.observed])
+    _, shared, inflation = _solve(np.column_stack([others, own]), fit.residual, blocks)
+    apart = np.zeros((own.size, runs))
+    apart[np.arange(own.size), run_of] = own
+    step, errors, _ = _solve(np.column_stack([others, apart]), fit.residual, blocks)
+    by_run = [
+        Estimate(value + slope * float(step[others.shape[1] + i]), slope * float(errors[others.shape[1] + i]))
+        if np.isfinite(errors[others.shape[1] + i])
+        else None
+        for i in range(runs)
+    ]
+    return Strengths(Estimate(value, slope * float(shared[-1])), float(inflation[-1]), tuple(by_run))
+
+
+def _slope(fit: LinearizedFit, column: int) -> float:
+    """dp/dz of a free parameter at the optimum."""
+    transformation, free = fit.problem.transformation, list(fit.problem.free)
+    p = fit.problem.model.vector[free]
+    return float((transformation.natural_slope(p) * transformation.natural_per_search(p))[column])
+
+
+def _blocks(fit: LinearizedFit) -> NDArray[np.intp]:
+    """Number of the block (N,) of each sample: the same for all sensors of a run at the same time."""
+    observed, numbers = fit.problem.observed, []
+    longest = max(float(i.time_s[-1] - i.time_s[0]) for i in fit.problem.inputs)
+    per_run = int(longest // BLOCK_S) + 1
+    for series in observed:
+        time = fit.problem.inputs[series.run].time_s
+        at = series.sampling(time - time[0])
+        numbers.append(series.run * per_run + (at // BLOCK_S).astype(np.intp))
+    return np.concatenate(numbers)
+
+
+def _solve(columns: Floats, residual: Floats, blocks: NDArray[np.intp]) -> tuple[Floats, Floats, Floats]:
+    """Step to the least squares (k,), clustered standard errors (k,; infinite where undetermined), their inflation."""
+    gram = columns.T @ columns
+    norm = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    values, vectors = np.linalg.eigh(gram / np.outer(norm, norm))
+    keep = values > RANK * values[-1]
+    inverse = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(norm, norm)
+    step = -inverse @ (columns.T @ residual)
+    rest = residual + columns @ step
+    count = int(blocks.max()) + 1
+    scores = np.array([np.bincount(blocks, weights=columns[:, j] * rest, minlength=count) for j in range(norm.size)])
+    used = np.unique(blocks).size
+    meat = scores @ scores.T * used / max(used - int(keep.sum()), 1)
+    variance = np.diag(inverse @ meat @ inverse)
+    white = np.diag(inverse)
+    determined = np.diag(gram) > 1e-12 * np.max(np.diag(gram))
+    errors = np.where(determined, np.sqrt(np.maximum(variance, white)), np.inf)
+    return step, errors, np.maximum(variance / np.maximum(white, 1e-300), 1.0)

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A candidate tried: the model refitted with it, beside the same model without it, and what speaks against it."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.diagnosis.held_out import HeldOut
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit
+from lce_analysis.diagnosis.misfit import NOISE, reduction_of, share_removed
+from lce_analysis.diagnosis.score import Score
+from lce_analysis.diagnosis.stage_problem import StageProblem
+from lce_analysis.diagnosis.strength import Strengths
+from lce_analysis.identification.problem import Problem
+from lce_analysis.options import DiagnoseOptions
+from lce_model.effects import Effect
+
+Floats = NDArray[np.float64]
+Objection = Literal["", "null", "chance", "masked", "worse", "small", "varies", "less"]
+
+LONGEST_FIRST_STEP: Final = 0.3
+"""Longest first step of a search variable, a tenth of its bounds. It and the lengths change how long a refit takes."""
+STEP_LENGTHS: Final = (1.0, 0.4, 0.15, 0.05)
+"""Shares of that step that are tried."""
+AT_NULL: Final = 1e-3
+"""A strength within this share of its range from its null value is at it."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate refitted in a stage.
+
+    score : what the score test said of it before.
+    fit : the refit.
+    gain : of the squared error, in units of the noise.
+    strengths : from all runs, and from each.
+    held_out : errors on data left out; None if the trial ended before.
+    objection : why it is not worth having, "" if nothing speaks against it.
+    """
+
+    stage: StageProblem
+    score: Score
+    fit: LinearizedFit
+    gain: float
+    strengths: Strengths | None = None
+    held_out: HeldOut | None = None
+    objection: Objection = ""
+
+    @property
+    def effect(self) -> Effect:
+        """Which effect."""
+        return self.score.effect
+
+    @property
+    def strength(self) -> float:
+        """The strength found."""
+        return self.fit.problem.model[self.effect.strength_key]
+
+    @property
+    def reduction(self) -> float:
+        """Share of the error above the noise that went in the refit, all sensors with the same weight."""
+        return reduction_of(self.stage.fit.mean_squares, self.fit.mean_squares)
+
+
+def with_effect(problem: Problem, effect: Effect) -> Problem:
+    """The problem with the parameters of the effect among the free ones."""
+    extra = [i for i, v in enumerate(problem.model.values) if v.term == effect.name and not v.parameter.fixed]
+    return replace(problem, free=tuple(sorted({*problem.free, *extra})))
+
+
+def penalty(effect: Effect, library: int, false_alarm: float) -> float:
+    """Reduction of the squared error (-2 ln L) that the effect must exceed: 2 n ln(n_library/p)."""
+    freed = sum(not p.fixed for p in effect.parameters)
+    return 2.0 * freed * math.log(library / false_alarm)
+
+
+def first_step(stage: StageProblem, score: Score, solve: Floats) -> Problem:
+    """The full model moved to the optimum of the linearisation, as far as that helps; one simulation a length.
+
+    solve : (free, directions + 1) of the score test's projection.
+    """
+    base, effect = stage.fit.problem, score.effect
+    z = base.first()
+    strength = score.expected_strength - effect.null
+    shift = np.clip(solve[:, -1] - strength * solve[:, score.index], -LONGEST_FIRST_STEP, LONGEST_FIRST_STEP)
+    best, least = base, math.inf
+    for length in STEP_LENGTHS:
+        there = base.at(z + length * shift)
+        value = effect.null + length * strength
+        there = replace(there, model=there.model.set({**score.direction.settings, effect.strength_key: value}))
+        residual = there.residuals(there.first())
+        error = float(residual @ residual)
+        if error < least:
+            best, least = there, error
+    return best
+
+
+def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection:
+    """What speaks against the effect, the plainest first."""
+    spec = trial.effect.parameter(trial.effect.strength)
+    if trial.gain <= 0.0 or abs(trial.strength - trial.effect.null) <= AT_NULL * (spec.upper - spec.lower):
+        return "null"
+    inflation = trial.strengths.inflation if trial.strengths else 1.0
+    if trial.gain <= penalty(trial.effect, library, options.false_alarm) * inflation:
+        return "chance"
+    if trial.score.visibility < options.min_visibility:
+        return "masked"
+    if trial.held_out is None:
+        return ""
+    return _on_data_left_out(trial, trial.held_out, options)
+
+
+def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions) -> Objection:
+    before, after = held_out.before, held_out.after
+    if gets_worse(held_out, options):
+        return "worse"
+    worth = any(
+        before.mean_square(c) - after.mean_square(c) > options.worth_noise
+        and share_removed(before, after, c) > options.worth_share
+        for c in before.total
+    )
+    if not worth:
+        return "small"
+    return "" if trial.strengths is None or agrees(trial, trial.strengths, options) else "varies"
+
+
+def gets_worse(held_out: HeldOut, options: DiagnoseOptions) -> bool:
+    """Does the error of any sensor rise on the data left out?"""
+    before, after = held_out.before, held_out.after
+    rises = {c: after.mean_square(c) - before.mean_square(c) for c in before.total}
+    return any(rise > options.worse * max(before.mean_square(c), NOISE) for c, rise in rises.items())
+
+
+def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool:
+    """Is the strength of the runs one strength, as far as their errors can tell?"""
+    mean = strengths.mean
+    return abs(mean.value - trial.effect.null) > options.agreement * mean.standard_error

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The answer in sentences; none says more than its table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lce_analysis.diagnosis.held_out import HeldOut
+from lce_analysis.diagnosis.misfit import Misfit
+from lce_data.channels import Channel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from lce_analysis.diagnosis.diagnosis import Diagnosis
+    from lce_analysis.diagnosis.search import Step
+
+
+def in_words(found: Diagnosis) -> Iterator[str]:
+    """The verdict, then the stage at fault, what is left, traces, and what the data could not show."""
+    yield from _verdict(found)
+    if found.verdict != "adequate":
+        yield _stage_at_fault(found)
+    if found.steps and (left := _amounts(found.discrepancy)):
+        yield f"Beyond the noise of the sensors the model is still wrong by {left} rms."
+    if found.traces:
+        yield f"Significant, but not worth having: {', '.join(c.effect.name for c in found.traces)}."
+    if not found.held_out:
+        yield _without_test(found)
+    masked = [c.effect.name for c in found.candidates if c.standing != "missing" and not c.score.shown]
+    if masked and found.verdict != "unexplained":
+        yield f"These data would not show, at any strength within its bounds: {', '.join(masked)}."
+
+
+def outcome(held_out: HeldOut, objection: str) -> str:
+    """What data left out say of an effect: "confirmed on prbs: T 4.66 → 2.03 × noise, …"."""
+    on = _on(held_out)
+    if objection:
+        return f"not confirmed on {on}: {objection} ({changes(held_out.before, held_out.after)})"
+    return f"confirmed on {on}: {changes(held_out.before, held_out.after)}"
+
+
+def changes(before: Misfit, after: Misfit) -> str:
+    """RMS errors of two models in units of the noise: "T 4.66 → 2.03 × noise, d 9.40 → 2.29 × noise"."""
+    old, new = before.rms, after.rms
+    return ", ".join(f"{c.symbol} {old[c]:.2f} → {new[c]:.2f} × noise" for c in old)
+
+
+def _on(held_out: HeldOut) -> str:
+    if held_out.how == "test runs":
+        return ", ".join(held_out.names)
+    return {
+        "each run in turn": "each run, left out in turn",
+        "each block in turn": "each block of the run, left out in turn",
+    }[held_out.how]
+
+
+def _verdict(found: Diagnosis) -> Iterator[str]:
+    if found.verdict == "unexplained":
+        yield f"Something is missing that the library does not hold: {found.fingerprint}."
+    if found.verdict == "adequate":
+        yield f"Nothing is missing: the model leaves {_levels(found.train.misfit['before'])}."
+    if found.verdict == "cannot_tell":
+        yield (
+            f"Something may be missing ({_levels(found.train.misfit['after'])}), but these data cannot tell what: "
+            "the effects that would help are masked by the free parameters, fail on data left out, or need another "
+            "strength in every run."
+        )
+    for step in found.steps:
+        yield from _step(step)
+
+
+def _step(step: Step) -> Iterator[str]:
+    name, *others = step.alias_set
+    yield f"{name} is missing: {step.trial.effect.meaning}; {outcome(step.held_out, '')}."
+    yield (
+        f"With it {step.actual_reduction:.0%} of the squared error above the noise goes "
+        f"({step.predicted_reduction:.0%} was predicted before the refit)."
+    )
+    if others:
+        yield f"These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
+
+
+def _stage_at_fault(found: Diagnosis) -> str:
+    """Which stage the model as refitted explains, and which not."""
+    return f"Before anything was added, the model left {_levels(found.train.misfit['before'])}."
+
+
+def _without_test(found: Diagnosis) -> str:
+    if len(found.runs) == 1:
+        return (
+            "No run was held out, and there is only one: blocks of it were left out in turn. Give another with --test."
+        )
+    return "No run was held out: each run was left out in turn. Give one with --test."
+
+
+def _levels(misfit: Misfit) -> str:
+    return " and ".join(f"{rms:.2f} × the noise in the {c.name}" for c, rms in misfit.rms.items())
+
+
+def _amounts(discrepancy: Mapping[Channel, float]) -> str:
+    """Differences as people say them: 0.21 K, 8.53 µm."""
+    return " and ".join(
+        f"{value * c.difference.factor:.{c.digits}g} {c.difference.symbol}"
+        for c, value in discrepancy.items()
+        if value > 0.0
+    )
