@@ -178,6 +178,7 @@ class DiagnoseOptions:
     false_alarm: float = 0.05
     refitted: int = 6
     contenders: int = 3
+    promise: float = 0.1
     worth_share: float = 0.05
     worth_noise: float = 0.05
     worse: float = 0.02

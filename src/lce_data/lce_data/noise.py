@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -25,7 +26,11 @@ _WINDOWS: Final = (16, 32, 64, 128)
 _CALM: Final = 0.2
 """Share of the windows in which the cubic has to be enough."""
 _GROWTH: Final = 1.5
-"""The slowest noise, a random walk, grows by √2 when the window doubles; what grows faster is signal."""
+"""Noise that the shorter windows have seen grows by less when the window doubles; what grows more is signal."""
+_PHI: Final = np.linspace(0.0, 0.96, 49)
+"""Correlation of autoregressive noise from sample to sample, as far as it can be told from the signal."""
+_FIRST: Final = 5.0
+"""Growth from third differences, which hardly see correlated noise, to the shortest window."""
 _MOST: Final = 2000
 """Windows of one length that are looked at: more would not change the estimate."""
 
@@ -45,7 +50,7 @@ def noise_floor(series: Series) -> float:
         return smallest
     third = np.abs(np.diff(value, 3))
     noise = _MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN
-    limit = _GROWTH**2 * noise  # from four samples to sixteen the window doubles twice
+    limit = _FIRST * noise
     for window in _WINDOWS:
         longer = _rms_around_cubic(value, window)
         if longer > limit:
@@ -63,17 +68,43 @@ def _quantum(value: Floats) -> float:
 
 
 def _rms_around_cubic(value: Floats, window: int) -> float:
-    """RMS residual of a cubic in the calmest windows; infinite where the series is too short for that."""
+    """RMS noise by the residual of a cubic in the calmest windows; infinite where the series is too short for that.
+
+    The cubic takes a part of the noise with it, the more the longer that is correlated. How much is told by the
+    correlation of the residual from sample to sample, as if the noise were autoregressive of first order.
+    """
     if value.size < 8 * window:
         return math.inf
     every = max(window // 4, value.size // _MOST)
     parts = sliding_window_view(value, window)[::every]
-    basis, _ = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, window), 4))
-    centred = parts - parts.mean(axis=1, keepdims=True)
-    rest = centred - (centred @ basis) @ basis.T
-    freedom = window - 4
+    rest = (parts - parts.mean(axis=1, keepdims=True)) @ _without_cubic(window)
+    energy = np.sum(rest**2, axis=1)
+    calm = rest[energy <= np.quantile(energy, 0.5)]
+    total = float(np.sum(calm**2))
+    seen = float(np.sum(calm[:, 1:] * calm[:, :-1])) / total if total > 0.0 else 0.0
+    memory, left = _autoregressive(window)
+    i = int(np.argmin(np.abs(memory - seen)))
+    phi = float(_PHI[i])
+    freedom = max((window - 4) * (1.0 - phi**2) / (1.0 + phi**2), 2.0)
     expected = float(chi2.ppf(_CALM, freedom)) / freedom
-    return math.sqrt(float(np.quantile(np.sum(rest**2, axis=1), _CALM)) / freedom / expected)
+    return math.sqrt(float(np.quantile(energy, _CALM)) / expected / float(left[i]))
+
+
+@cache
+def _without_cubic(window: int) -> Floats:
+    """Projection (window, window) that removes a cubic."""
+    basis, _ = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, window), 4))
+    return np.asarray(np.eye(window) - basis @ basis.T)
+
+
+@cache
+def _autoregressive(window: int) -> tuple[Floats, Floats]:
+    """For each of _PHI: correlation from sample to sample after the cubic is removed, and the variance left (sum)."""
+    lag = np.abs(np.subtract.outer(np.arange(window), np.arange(window)))
+    projection = _without_cubic(window)
+    covariances = [projection @ phi**lag @ projection for phi in _PHI]
+    left = np.array([np.trace(c) for c in covariances])
+    return np.array([np.trace(c, offset=1) for c in covariances]) / left, left
 
 
 def sensor_noise(runs: Sequence[Run], channels: Iterable[Channel]) -> dict[Channel, float]:

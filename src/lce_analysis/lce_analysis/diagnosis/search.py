@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from lce_analysis.diagnosis.held_out import HeldOut, held_out_misfit, left_out, names_left_out
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
-from lce_analysis.diagnosis.misfit import NOISE, JudgedRuns, Misfit, reduction
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit, samples
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
 from lce_analysis.diagnosis.strength import strengths
@@ -95,6 +95,8 @@ class Search:
         self._forward(heat=True)
         self._forward(heat=False)
         self._backward()
+        drive = self.present.drive
+        self.steps = [self._step_between(s.trial, s.alias_set, s.without, s.with_it, drive) for s in self.steps]
 
     def force(self, effect: Effect) -> Trial:
         """Accept this effect, whatever the data say of it; the trial says what they do."""
@@ -127,7 +129,7 @@ class Search:
         """Take out what later additions have made superfluous."""
         for step in self.steps[:-1]:
             without = self._stagewise(self.present.model.without(step.trial.effect.reference))
-            before, after = (self._misfit(fit) for fit in (without, self.present))
+            before, after = (self.misfit(fit.model, self.present.drive) for fit in (without, self.present))
             worth = self.options.worth_noise
             if all(before.mean_square(c) - after.mean_square(c) < worth for c in before.total):
                 self.steps.remove(step)
@@ -151,10 +153,9 @@ class Search:
         return judged
 
     def _likely(self, stage: StageProblem, scores: list[Score]) -> list[Score]:
-        """The few that promise most; none where all sensors are at their noise already."""
-        if all(x < NOISE + self.options.worth_noise for x in stage.fit.mean_squares.values()):
-            return []
-        return scores[: self.options.refitted]
+        """The few that promise most, of those that promise a fair part of what would be worth having."""
+        least = self.options.promise * self.options.worth_noise * min(samples(stage.fit.problem.observed).values())
+        return [s for s in scores if s.predicted_gain > least][: self.options.refitted]
 
     def _note(self, tested: ScoreTestResult) -> None:
         """Keep what the score test says of each effect."""
@@ -205,22 +206,24 @@ class Search:
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
         found = trial.fit.problem.model
         model = self.present.model.add(trial.effect.reference)
-        model = model.set({v.key: found[v.key] for v in model.values if v.key in found})
-        after = self._stagewise(model)
+        after = self._stagewise(model.set({v.key: found[v.key] for v in model.values if v.key in found}))
+        return self._step_between(trial, alias_set, self.present, after, after.drive)
+
+    def _step_between(
+        self, trial: Trial, alias_set: tuple[str, ...], without: StagedFit, with_it: StagedFit, drive: Drive
+    ) -> Step:
+        """A step with its errors, the deformation driven in the same way without and with the effect."""
+        train = self.misfit(without.model, drive), self.misfit(with_it.model, drive)
         held_out = trial.held_out
         assert held_out is not None
         if self.tests.runs:
-            before_it, with_it = (self._misfit(fit, self.tests) for fit in (self.present, after))
-            held_out = replace(held_out, before=before_it, after=with_it)
-        train = self._misfit(self.present), self._misfit(after)
-        return Step(trial, alias_set, self.present, after, train, held_out)
+            before, after = (self.misfit(fit.model, drive, self.tests) for fit in (without, with_it))
+            held_out = replace(held_out, before=before, after=after)
+        return Step(trial, alias_set, without, with_it, train, held_out)
 
     def _accept(self, step: Step) -> None:
         self.steps.append(step)
         self.present = step.with_it
-
-    def _misfit(self, fit: StagedFit, judged: JudgedRuns | None = None) -> Misfit:
-        return self.misfit(fit.model, fit.drive, judged)
 
     def misfit(self, model: Model, drive: Drive, judged: JudgedRuns | None = None) -> Misfit:
         """Errors of a model simulated beside the runs, or others."""
