@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, random_body
+from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, random_body, stretched
 
 BOLTZMANN = 1.380649e-23
 REFERENCE_K = 300.0
@@ -64,14 +64,17 @@ class Dynamic(NamedTuple):
         body = random_body(rng, reach_k=1.25 * (heating.t_1 - 300.0))
         return cls(body, heating, cooling, literal)
 
-    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats, float]:
-        """Temperature [K] and order at each power sample, and the order at 300 K."""
+    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats]:
+        """Temperature [K] and stretch at each power sample."""
         spread = hidden.get("transition_distribution", 0.0)
         shifts = 0.6 * spread * np.arange(-4.0, 5.0) if spread > 0.0 else np.zeros(1)
         weights = np.exp(-0.5 * (shifts / spread) ** 2) if spread > 0.0 else np.ones(1)
         weights = weights / weights.sum()
         branches = self.heating, self.cooling
-        return _run(light_w, gusts, self.body, Heat.of(hidden), *branches, self.literal, shifts, weights)
+        temperature, order, reference = _run(
+            light_w, gusts, self.body, Heat.of(hidden), *branches, self.literal, shifts, weights
+        )
+        return temperature, stretched(order, reference, self.body.alpha)
 
 
 @njit(cache=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a strip may hide, and how strongly.
 
-The names are those of the product's library where it knows the effect. The strengths are in the units of the truth's own
-forms, which differ from the library's on purpose.
+The names are those of the product's library where it knows the effect. The strengths are in the units of the truth's
+own forms, which differ from the library's on purpose.
 """
 
 STRENGTH: dict[str, tuple[float, float]] = {

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, random_body
+from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, random_body, stretched
 
 BOLTZMANN = 1.380649e-23
 GRID_K = np.arange(240.0, 520.0, 0.01)
@@ -30,10 +30,11 @@ class Equilibrium(NamedTuple):
         cooling = _branch(5.58e-22, 7.70e-20, 6.76e-20, 291.9 + shift, 3.53 / 0.93 * rng.uniform(0.8, 1.25))
         return cls(random_body(rng, reach_k=78.0), np.ascontiguousarray([heating, cooling]))
 
-    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats, float]:
-        """Temperature [K] and order at each power sample, and the order at rest."""
+    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats]:
+        """Temperature [K] and stretch at each power sample."""
         spread = hidden.get("transition_distribution", 0.0)
-        return _run(light_w, gusts, self.body, Heat.of(hidden), self.branches, spread)
+        temperature, order, reference = _run(light_w, gusts, self.body, Heat.of(hidden), self.branches, spread)
+        return temperature, stretched(order, reference, self.body.alpha)
 
 
 def _branch(a0: float, b: float, c: float, t_star: float, ratio: float) -> Floats:

@@ -23,15 +23,15 @@ from stages import Body, Floats, camera, displaced, distance, light, wind
 
 
 class Core(Protocol):
-    """A family's own physics: how order follows from light."""
+    """A family's own physics: how temperature and stretch follow from light."""
 
     @property
     def body(self) -> Body:
         """What all strips have."""
         ...
 
-    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats, float]:
-        """Temperature [K] and order at each power sample, and the order at which the stretch is 1."""
+    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats]:
+        """Temperature [K] and stretch at each power sample."""
         ...
 
 
@@ -64,8 +64,8 @@ class Strip:
         if isinstance(self.core, Distributed):
             temperature, displacement = self.core.respond(reaching, strengths)
         else:
-            temperature, order, reference = self.core.run(reaching, gusts, strengths)
-            displacement = displaced(order, reference, temperature, self.body, strengths)
+            temperature, stretch = self.core.run(reaching, gusts, strengths)
+            displacement = displaced(stretch, temperature, self.body, strengths)
         return camera(temperature, self.body, strengths)[::10], distance(displacement, strengths)
 
     def measure(

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Truth "independent": the distributed strip of `validation/independent_strip`, as it is.
 
-What may be hidden is what happens outside of it: to the light, to the displacement behind it, and in the sensors. Its own
-physics has effects that a lumped base lacks (:data:`OWN`); to name one of them is no false addition, and "nothing
+What may be hidden is what happens outside of it: to the light, to the displacement behind it, and in the sensors. Its
+own physics has effects that a lumped base lacks (:data:`OWN`); to name one of them is no false addition, and "nothing
 hidden" is not nothing here, so the gates of that kind do not count this family.
 """
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from scipy.stats import norm
-from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, random_body
+from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, network_stretched, random_body
 
 WIDTHS = 32
 
@@ -44,7 +44,7 @@ class Relays(NamedTuple):
             spread=rng.uniform(4.0, 7.0),
             half_width=rng.uniform(3.0, 6.0),
             width_spread=rng.uniform(0.2, 0.5),
-            correlation=rng.uniform(-0.2, 0.2),
+            correlation=rng.uniform(-0.03, 0.08),
             clearing=rng.uniform(375.0, 390.0),
             beta=rng.uniform(0.13, 0.25),
         )
@@ -57,10 +57,13 @@ class Relays(NamedTuple):
         middles = self.middle + self.correlation * spread * deviates
         return half_widths, middles, spread * math.sqrt(1.0 - self.correlation**2)
 
-    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats, float]:
-        """Temperature [K] and order at each power sample, and the order at rest."""
+    def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats]:
+        """Temperature [K] and stretch at each power sample."""
         population = self.population(hidden.get("transition_distribution", 0.0))
-        return _run(light_w, gusts, self.body, Heat.of(hidden), *population, self.clearing, self.beta)
+        temperature, order, reference = _run(
+            light_w, gusts, self.body, Heat.of(hidden), *population, self.clearing, self.beta
+        )
+        return temperature, network_stretched(order, reference, self.body.alpha)
 
 
 @njit(cache=True)

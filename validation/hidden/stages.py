@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stages that every truth shares: light, heat, what follows the stretch, and the sensors.
 
-Only the order, which follows from the temperature, is a family's own. Nothing of the product is used. What is hidden has
-forms of its own where physics allows: saturation as an intensity that bleaches, bleaching as a population of dye, latent
-heat as an enthalpy, clamps as a fin of five nodes, creep of two retardation times, a camera of two poles.
+Only the order, which follows from the temperature, is a family's own. Nothing of the product is used. What is hidden
+has forms of its own where physics allows: saturation as a hyperbola, bleaching as a population of dye, latent heat as an
+enthalpy, clamps as a fin of five nodes, creep of two retardation times, a camera of two poles.
 
 Light, history and sensors work on whole series at 100 Hz. Heat and order act on each other, so a family runs them
 together with the steps of Runge-Kutta of fourth order at 1 ms (:func:`heat_step`).
@@ -159,12 +159,24 @@ def lagged(now: float, before: float, s: Heat) -> float:
     return now if s.phase_kinetics == 0.0 else before + DT / s.phase_kinetics * (now - before)
 
 
-def displaced(
-    order: Floats, reference: float, temperature_k: Floats, body: Body, hidden: Mapping[str, float]
-) -> Floats:
-    """Displacement [m] from the order: (4.16), (6.8) of Wu (2021), with what hides in the network and behind it."""
+def stretched(order: Floats, reference: float, alpha: float) -> Floats:
+    """Stretch of the strip by (4.16) of Wu (2021), 1 at the reference order."""
+    return np.asarray(((1.0 + alpha * order) / (1.0 + alpha * reference)) ** (1.0 / 3.0))
+
+
+def network_stretched(order: Floats, reference: float, alpha: float) -> Floats:
+    """Stretch of a network of freely jointed chains, whose step lengths are 1 + 2Q along the director and 1 - Q across.
+
+    Q is in proportion to the order, such that the ratio of the two is 1 + alpha at the reference.
+    """
+    q = alpha / (3.0 + alpha) * order / reference
+    ratio = (1.0 + 2.0 * q) / (1.0 - q)
+    return np.asarray((ratio / (1.0 + alpha)) ** (1.0 / 3.0))
+
+
+def displaced(stretch: Floats, temperature_k: Floats, body: Body, hidden: Mapping[str, float]) -> Floats:
+    """Displacement [m] from the stretch, (6.8) of Wu (2021), with what hides in the network and behind it."""
     warmer = temperature_k - body.ambient
-    stretch = ((1.0 + body.alpha * order) / (1.0 + body.alpha * reference)) ** (1.0 / 3.0)
     stretch = stretch * (1.0 + hidden.get("thermal_expansion", 0.0) * warmer)
     stretch = stretch + hidden.get("elastic_softening", 0.0) * np.expm1(warmer / 80.0)
     return history(body.length * (1.0 - stretch), hidden, body.slow_s)
