@@ -2,9 +2,9 @@
 """Truth "relays": a continuous population of domains, each with its own switching temperatures (Preisach).
 
 A domain turns isotropic at ``middle + half_width`` and nematic again at ``middle - half_width``. Half-widths follow a
-lognormal distribution, of which WIDTHS equal shares are taken; within each the middles follow a normal distribution, whose
-mean moves with the half-width. The relays of one half-width turn one after the other, so that their state is one number,
-the middle p of the last that turned (a play): nematic are those above it,
+lognormal distribution, of which WIDTHS equal shares are taken. Within each the middles follow a normal distribution,
+whose mean moves with the half-width. The relays of one half-width turn one after the other, so their state is one
+number, the middle p of the last that turned (a play): nematic are those above it,
 
     p <- min(max(p, T - half_width), T + half_width).
 
