@@ -5,12 +5,14 @@
     what a page is made of, as plain values: paragraphs, tables and figures.
 ``figures/``
     blocks from results of the analysis, one file a subject: a new plot of a report goes here.
+``tables``
+    the tables of a diagnosis, which the command prints too.
 ``pages/``
     the reports, one file each: `lce compare`, `diagnose`, `add`, `tune` and `control`.
 ``html/``, ``templates/``, ``static/``
     how blocks become HTML, and what draws them.
 
-Only ``blocks`` and ``html`` are loaded with the package; ``figures`` and ``pages`` load the analysis.
+Only ``blocks`` and ``html`` are loaded with the package; the others load the analysis.
 
 Examples
 --------
@@ -24,7 +26,23 @@ Examples
 '<!doctype html>'
 """
 
-from lce_report.blocks import Axis, Bars, Block, Curve, Figure, Grid, Group, Heat, Lines, Loop, Section, Table, Trace
+from lce_report.blocks import (
+    Axis,
+    Bars,
+    Block,
+    Curve,
+    Details,
+    Figure,
+    Grid,
+    Group,
+    Heat,
+    Intervals,
+    Lines,
+    Loop,
+    Section,
+    Table,
+    Trace,
+)
 from lce_report.html.arrays import Samples
 from lce_report.html.fragment import Fragment
 from lce_report.html.render import render
@@ -34,11 +52,13 @@ __all__ = [
     "Bars",
     "Block",
     "Curve",
+    "Details",
     "Figure",
     "Fragment",
     "Grid",
     "Group",
     "Heat",
+    "Intervals",
     "Lines",
     "Loop",
     "Samples",

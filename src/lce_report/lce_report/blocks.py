@@ -5,9 +5,10 @@ All arrays are (n,) in the units of the axes that they are drawn on. A figure sa
 follow from roles, in light and dark, and the page thins what the eye cannot see.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ Floats = NDArray[np.float64]
 Role = Literal["measured", "model", "residual", "input", "heating", "cooling", "before", "after", "quiet"]
 Form = Literal["line", "step", "dashed", "points", "marked"]
 """marked is a line with its points."""
+NUMBER: Final = re.compile(r"\(?[−+-]?[.\d]")
+"""How a cell begins that is aligned to the right."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +131,30 @@ class Table:
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
 
+    @property
+    def numeric(self) -> list[bool]:
+        """Which columns are aligned to the right."""
+        return [any(NUMBER.match(row[i]) for row in self.rows) for i in range(len(self.head))]
 
-Figure = Lines | Loop | Heat | Bars | Table
+
+@dataclass(frozen=True)
+class Intervals:
+    """Values with their standard errors, a dot on its bar for each label, NaN left out.
+
+    texts are the same in words. ``null`` is drawn as a line, and so is ``common``, dashed: a value for all labels.
+    """
+
+    title: str
+    unit: str
+    labels: Sequence[str]
+    values: Floats
+    errors: Floats
+    texts: Sequence[str]
+    null: float
+    common: float | None = None
+
+
+Figure = Lines | Loop | Heat | Bars | Intervals | Table
 
 
 @dataclass(frozen=True)
@@ -140,7 +165,15 @@ class Grid:
     widths: Sequence[int] = (1, 1, 1)
 
 
-Block = str | Figure | Grid
+@dataclass(frozen=True)
+class Details:
+    """Tables and paragraphs that a click on the summary opens."""
+
+    summary: str
+    blocks: Sequence[str | Table]
+
+
+Block = str | Figure | Grid | Details
 
 
 @dataclass(frozen=True)

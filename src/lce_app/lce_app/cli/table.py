@@ -3,7 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lce_report import Table
 
 
 def table(rows: Sequence[Sequence[str]], left: int = 0) -> str:
@@ -16,3 +20,15 @@ def table(rows: Sequence[Sequence[str]], left: int = 0) -> str:
         )
         for row in rows
     )
+
+
+def as_text(found: Table, without: Collection[str] = ()) -> str:
+    """A table of the report with its title and its columns, but those ``without``; numbers are flush right."""
+    kept = [i for i, name in enumerate(found.head) if name not in without]
+    widths = {i: max(len(row[i]) for row in (found.head, *found.rows)) for i in kept}
+    numeric = found.numeric
+    lines = [
+        "  ".join(row[i].rjust(widths[i]) if numeric[i] else row[i].ljust(widths[i]) for i in kept).rstrip()
+        for row in (found.head, *found.rows)
+    ]
+    return "\n".join([found.title, *lines] if found.title else lines)

@@ -8,27 +8,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import lce_analysis.diagnosis as diagnosing
-from lce_analysis.comparison.compare import Comparison, compare
+from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Addition
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.options import CompareOptions, DiagnoseOptions
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent
 from lce_data.read_runs import read_runs
 from lce_model import load_model, save_model
+from lce_model.effects import find
+from lce_report.figures.leading import StrengthByRun, strength_by_run
 from lce_report.pages.addition import render_addition
+from lce_report.tables import AdditionTables, addition_tables
 
 
 @dataclass(frozen=True)
 class Added:
-    """The addition, and both models beside all runs.
-
-    held_out : names of the runs that were held out.
-    """
+    """The addition, and what is told of it: its tables, and the strength of the effect by run."""
 
     addition: Addition
-    before: Comparison
-    after: Comparison
-    held_out: frozenset[str]
+    tables: AdditionTables
+    strength: StrengthByRun
 
 
 def add_effect(
@@ -50,16 +49,16 @@ def add_effect(
     run_files : runs to fit to: bag folders, MCAP files or CSV files.
     model_file : model to which the effect is added, as `lce fit` writes it.
     out : model file to write.
-    test_files : runs held out, on which both models are judged.
+    test_files : runs held out, on which the effect is judged.
     options : when an effect counts as confirmed.
-    report_file : before and after as one HTML file; not written if None.
+    report_file : the errors and the series as one HTML file; not written if None.
     progress : called after each step.
     cancel : stops between two steps and raises Cancelled; nothing is written.
 
     Returns
     -------
     Added
-        The models before and after, and how they compare with each run.
+        The models as given, refitted and with the effect, and how they compare with each run.
 
     Raises
     ------
@@ -74,9 +73,13 @@ def add_effect(
     """
     runs, test_runs = read_runs(run_files), read_runs(test_files)
     addition = diagnosing.add_effect(load_model(model_file), effect, runs, test_runs, options, progress, cancel)
-    every, held_out = [*runs, *test_runs], frozenset(run.name for run in test_runs)
-    before, after = compare(addition.before, every), compare(addition.model, every)
+    chosen, every, held_out = find(effect), [*runs, *test_runs], frozenset(run.name for run in test_runs)
+    drive = CompareOptions(drive=addition.model.fit["drive"])
+    models = {"as given": addition.given, "refitted": addition.before, f"with {chosen.name}": addition.model}
+    compared = {label: compare(model, every, drive) for label, model in models.items()}
+    tables = addition_tables(addition, chosen, *compared.values(), held_out)
+    strength = strength_by_run(chosen, addition.strength_by_run)
     if report_file:
-        write_atomically(report_file, render_addition(addition, before, after, held_out))
+        write_atomically(report_file, render_addition(addition, tables, strength, compared, held_out))
     save_model(addition.model, out)
-    return Added(addition, before, after, held_out)
+    return Added(addition, tables, strength)

@@ -10,7 +10,7 @@ import numpy as np
 
 from lce_analysis.diagnosis import effect_signature
 from lce_app.workbench.colours import colour
-from lce_app.workbench.records import DiagnosisRecord
+from lce_app.workbench.records import AdditionRecord, DiagnosisRecord
 from lce_app.workbench.session import Role as Use
 from lce_app.workbench.snapshot import WANTED, Snapshot
 from lce_app.workbench.state import WorkbenchState
@@ -21,15 +21,31 @@ from lce_report import Axis, Block, Curve, Figure, Grid, Lines
 from lce_report.blocks import Role
 from lce_report.figures.axes import TIME, residual_axis, title, value_axis
 from lce_report.figures.errors import error_reductions
-from lce_report.pages.diagnosis import predicted_reductions
+from lce_report.figures.leading import LeadingCandidate, candidate_grid, strength_intervals
+from lce_report.pages.diagnosis import error_blocks, evidence_details
 
 SIDES: Final[dict[Use, tuple[str, Role]]] = {"train": ("learnt from", "model"), "test": ("held out", "residual")}
 
 
-def candidates(diagnosis: DiagnosisRecord) -> Sequence[Block]:
-    """What each effect promises, strongest first."""
-    bars = predicted_reductions({c.effect: c.predicted_fall for c in diagnosis.candidates})
-    return [bars] if bars.labels else []
+def diagnosis(found: DiagnosisRecord) -> Sequence[Block]:
+    """The errors in three columns, what was added, and the ranking."""
+    ranking = [found.tables.ranking] if found.tables.ranking else []
+    return [*error_blocks(found.tables), *ranking]
+
+
+def evidence(found: DiagnosisRecord) -> Sequence[Block]:
+    """The score test of every candidate, behind a click."""
+    return [evidence_details(found.tables)]
+
+
+def leading(candidate: LeadingCandidate) -> Sequence[Block]:
+    """What a candidate that was tried explains of the residual, and its strength by run."""
+    return [candidate_grid(candidate)]
+
+
+def addition(found: AdditionRecord) -> Sequence[Block]:
+    """What adding an effect did."""
+    return [found.sentence, found.tables.errors, strength_intervals(found.strength), found.tables.history]
 
 
 def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]) -> Sequence[Block]:
@@ -75,7 +91,7 @@ def before_and_after(state: WorkbenchState) -> Sequence[Block]:
     held_out = {run.name for run in state.runs("test").values()}
     return [
         f"Model {parent} (before) and model {state.session.current} (after).",
-        *error_reductions(before, after, held_out),
+        *error_reductions({"before": before, "after": after}, held_out),
     ]
 
 

@@ -5,37 +5,53 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 
+from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.diagnosis.diagnosis import Verdict
+from lce_analysis.diagnosis.ranking import Standing
 from lce_data.errors import LceError
 from lce_data.schema import checked
+from lce_report.figures.leading import LeadingCandidate, StrengthByRun, leading_candidates
+from lce_report.tables import AdditionTables, DiagnosisTables, diagnosis_tables
 
 Record = TypeVar("Record", bound=Struct)
 
 
 class CandidateRecord(Struct, frozen=True):
-    """The score test of one effect; ``settings`` are its parameters at the expected strength."""
+    """What became of one effect; ``settings`` are its parameters as refitted, or as the score test expects them."""
 
     effect: str
+    meaning: str
+    standing: Standing
+    reason: str
     evidence: float
     p_value: float
     visibility: float
-    predicted_fall: float
     aliases: tuple[str, ...]
     settings: dict[str, float]
     shown: bool
 
 
 class DiagnosisRecord(Struct, frozen=True):
-    """What the page shows of :meth:`lce_analysis.diagnosis.Diagnosis.as_detailed_json`."""
+    """What the page shows of a diagnosis: its JSON, with the tables and pictures of its report."""
 
     verdict: Verdict
     sentences: tuple[str, ...]
     added: tuple[str, ...]
     candidates: tuple[CandidateRecord, ...]
+    tables: DiagnosisTables
+    leading: tuple[LeadingCandidate, ...]
+
+
+class AdditionRecord(Struct, frozen=True):
+    """What the page shows of an effect added."""
+
+    sentence: str
+    tables: AdditionTables
+    strength: StrengthByRun
 
 
 class DesignRecord(Struct, frozen=True):
@@ -49,11 +65,34 @@ class DesignRecord(Struct, frozen=True):
     sentences: tuple[str, ...] = ()
 
 
+def diagnosis_record(found: Diagnosis) -> dict[str, Any]:
+    """What :class:`DiagnosisRecord` reads, as plain values."""
+    more = {"tables": diagnosis_tables(found), "leading": leading_candidates(found)}
+    return {**found.as_detailed_json(), **to_builtins(more)}
+
+
+def read_diagnosis(file: Path) -> DiagnosisRecord:
+    """Read a diagnosis. Raises LceError if the file is something else, or was written by an earlier version."""
+    content = _json(file)
+    if isinstance(content, dict) and "verdict" in content and "tables" not in content:
+        raise LceError(f"{file}: made by an earlier version: diagnose again")
+    return _record(file, content, DiagnosisRecord)
+
+
 def read_record(file: Path, kind: type[Record]) -> Record:
     """Read what a job wrote. Raises LceError if the file is something else."""
+    return _record(file, _json(file), kind)
+
+
+def _json(file: Path) -> object:
     try:
-        return checked(f"{file}: not what the workbench wrote", json.loads(file.read_text(encoding="utf-8")), kind)
-    except LceError as error:
-        raise LceError(f"{error}; delete it, and begin that job again") from None
+        return json.loads(file.read_text(encoding="utf-8"))
     except ValueError:
         raise LceError(f"{file}: not a JSON file; delete it, and begin that job again") from None
+
+
+def _record(file: Path, content: object, kind: type[Record]) -> Record:
+    try:
+        return checked(f"{file}: not what the workbench wrote", content, kind)
+    except LceError as error:
+        raise LceError(f"{error}; delete it, and begin that job again") from None

@@ -64,6 +64,10 @@ class Session:
         """What `diagnose` said of a model."""
         return self.place / f"diagnosis-{number}.json"
 
+    def addition_file(self, number: int) -> Path:
+        """What `add` said of the effect by which a model was made."""
+        return self.model_file(number).with_suffix(".json")
+
     def kept(self, number: int) -> Kept:
         """A model of the history. Raises LceError if no model has that number."""
         for entry in self.models:

@@ -19,7 +19,7 @@ from lce_data.errors import LceError
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
     from lce_analysis.diagnosis.diagnosis import Errors
-    from lce_app.workbench.records import DesignRecord, DiagnosisRecord
+    from lce_app.workbench.records import AdditionRecord, DesignRecord, DiagnosisRecord
     from lce_data.run import Run
     from lce_model import Model
 
@@ -184,11 +184,19 @@ class WorkbenchState:
 
     def diagnosis(self) -> DiagnosisRecord | None:
         """The diagnosis of the current model; None if it was not asked for."""
-        from lce_app.workbench.records import DiagnosisRecord, read_record
+        from lce_app.workbench.records import read_diagnosis
 
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
-        return read_record(file, DiagnosisRecord)
+        return read_diagnosis(file)
+
+    def addition(self) -> AdditionRecord | None:
+        """What adding its last effect did to the current model; None if the page added none."""
+        from lce_app.workbench.records import AdditionRecord, read_record
+
+        if self.session.current is None or not (file := self.session.addition_file(self.session.current)).exists():
+            return None
+        return read_record(file, AdditionRecord)
 
     def designs(self) -> list[tuple[Path, DesignRecord]]:
         """The waveforms designed so far, and what is known of each."""

@@ -11,11 +11,14 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from msgspec import to_builtins
+
 from lce_app.use_cases import add_effect as adding
 from lce_app.use_cases import design as designing
 from lce_app.use_cases import diagnose as diagnosing
 from lce_app.use_cases import fit as fitting
 from lce_app.use_cases import record as recording
+from lce_app.workbench.records import AdditionRecord, diagnosis_record
 from lce_data.files import write_atomically
 from lce_data.progress import Progress
 from lce_data.units import KELVIN
@@ -31,13 +34,15 @@ def diagnose(
 ) -> Sequence[str]:
     """`lce diagnose`, its report beside ``out``; returns its warnings."""
     found = diagnosing.diagnose(runs, model, test, report_file=out.with_suffix(".html"), progress=progress)
-    write_atomically(out, json.dumps(found.diagnosis.as_detailed_json(), indent=1) + "\n")
+    write_atomically(out, json.dumps(diagnosis_record(found.diagnosis)) + "\n")
     return found.warnings
 
 
 def add(effect: str, runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
-    """`lce add`, its report beside ``out``."""
-    adding.add_effect(effect, runs, model, out, test, report_file=out.with_suffix(".html"), progress=progress)
+    """`lce add`, beside ``out`` its report, and a JSON file of what the page shows."""
+    found = adding.add_effect(effect, runs, model, out, test, report_file=out.with_suffix(".html"), progress=progress)
+    record = AdditionRecord(found.addition.sentence, found.tables, found.strength)
+    write_atomically(out.with_suffix(".json"), json.dumps(to_builtins(record)) + "\n")
 
 
 def design(

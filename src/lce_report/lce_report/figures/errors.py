@@ -2,13 +2,14 @@
 """Tables and bars of the error: how large, where it sits, and what a second model takes away from it."""
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
 from lce_analysis.comparison.compare import Comparison
 from lce_analysis.comparison.conditions import BRANCHES, ErrorShares, Share, error_shares
 from lce_data.channels import Channel
-from lce_report.blocks import Bars, Grid, Group, Heat, Table
+from lce_report.blocks import Bars, Grid, Group, Heat, Role, Table
 from lce_report.figures.axes import difference_scale, title
 
 MISFIT_HEAD = (
@@ -22,6 +23,9 @@ MISFIT_HEAD = (
     "RMSE (1/N)√Σe², (4.18) as printed",
     "autocorrelation outside ±1.96/√N",
 )
+
+ROLES: Final[Mapping[str, Role]] = {"as given": "quiet", "refitted": "before", "before": "before"}
+"""Colours of the models by what they are called; one with more effects is after."""
 
 
 def misfit(comparison: Comparison) -> Table:
@@ -96,57 +100,61 @@ def _note(channel: Channel, share: Share) -> str:
     return f"rms {rms}, {share.sample_share:.1%} of the samples"
 
 
-def error_reductions(before: Comparison, after: Comparison, held_out: Collection[str] = ()) -> tuple[Grid, ...]:
-    """The rms residual before and after, by operating condition and by run.
+def error_reductions(compared: Mapping[str, Comparison], held_out: Collection[str] = ()) -> tuple[Grid, ...]:
+    """The rms residual of several models, by operating condition and by run.
 
     Parameters
     ----------
-    before, after : two models beside the same runs. Both are judged in the operating conditions of the model before,
-        so that neighbouring bars are of the same samples.
-    held_out : names of the runs that neither model was fitted to.
+    compared : models beside the same runs, by what they are called; the first is the one given. All are judged in its
+        operating conditions, so that neighbouring bars are of the same samples.
+    held_out : names of the runs that no model was fitted to.
 
     Returns
     -------
     tuple of Grid
         One for each channel, in its unit of differences; the mark in the bars is the noise of the sensor.
     """
-    return tuple(
-        _reduction(channel, shares, _judged_alike(channel, before, after), before, held_out)
-        for channel, shares in before.shares.items()
-    )
+    first = next(iter(compared.values()))
+    grids = []
+    for channel in first.shares:
+        shares = {label: _judged_alike(channel, first, comparison) for label, comparison in compared.items()}
+        grids.append(_reduction(channel, shares, first, held_out))
+    return tuple(grids)
 
 
-def _judged_alike(channel: Channel, before: Comparison, after: Comparison) -> ErrorShares:
-    """Shares of the residual after, in the operating conditions before."""
+def _judged_alike(channel: Channel, first: Comparison, other: Comparison) -> ErrorShares:
+    """Shares of the residual of another model, in the operating conditions of the first."""
     members = []
-    for old, new in zip(before.runs, after.runs, strict=True):
+    for old, new in zip(first.runs, other.runs, strict=True):
         was, now = old.channels.get(channel), new.channels.get(channel)
         if was is not None and now is not None:
             members.append((old.run.name, was.conditions, now.residual))
-    return error_shares(members, before.options)
+    return error_shares(members, first.options)
 
 
 def _reduction(
-    channel: Channel, was: ErrorShares, now: ErrorShares, before: Comparison, held_out: Collection[str]
+    channel: Channel, shares: Mapping[str, ErrorShares], first: Comparison, held_out: Collection[str]
 ) -> Grid:
     scale = difference_scale(channel)
-    noises = [run.channels[channel].metrics.noise for run in before.runs if channel in run.channels]
+    noises = [run.channels[channel].metrics.noise for run in first.runs if channel in run.channels]
     noise = float(np.median(noises)) * scale
 
-    def bars(by: str, names: Collection[str], old: Collection[Share], new: Collection[Share]) -> Bars:
-        groups = (
-            Group("before", "before", np.array([s.rms for s in old]) * scale),
-            Group("after", "after", np.array([s.rms for s in new]) * scale),
-        )
+    def bars(by: str, names: Collection[str], members: Mapping[str, Collection[Share]]) -> Bars:
+        groups = [
+            Group(label, ROLES.get(label, "after"), np.array([s.rms for s in found]) * scale)
+            for label, found in members.items()
+        ]
         heading = f"rms residual of {title(channel)} {by}"
         return Bars(heading, channel.difference.symbol, [*names], groups, mark=noise)
 
-    old, new = ({**s.quarters, **s.branches, **s.holds} for s in (was, now))
-    runs = [f"{name} (held out)" if name in held_out else name for name in was.runs]
+    conditions = {label: {**s.quarters, **s.branches, **s.holds} for label, s in shares.items()}
+    names = next(iter(conditions.values()))
+    by_run = {label: s.runs.values() for label, s in shares.items()}
+    runs = [f"{name} (held out)" if name in held_out else name for name in next(iter(shares.values())).runs]
     return Grid(
         (
-            bars("by operating condition", old, old.values(), new.values()),
-            bars("by run", runs, was.runs.values(), now.runs.values()),
+            bars("by operating condition", names, {label: c.values() for label, c in conditions.items()}),
+            bars("by run", runs, by_run),
         ),
         (1, 1),
     )

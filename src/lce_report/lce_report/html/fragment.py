@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lce_report.blocks import Bars, Block, Curve, Grid, Heat, Lines, Loop, Table, Trace
+from lce_report.blocks import Bars, Block, Curve, Details, Grid, Heat, Intervals, Lines, Loop, Table, Trace
 from lce_report.html.arrays import Arrays, Indices, Samples, distinct, visible
 from lce_report.html.description import (
     CurveDescription,
@@ -21,9 +20,6 @@ from lce_report.html.templates import templates
 
 if TYPE_CHECKING:
     from markupsafe import Markup
-
-NUMBER: Final = re.compile(r"[−+-]?[.\d]")
-"""How a cell begins that is aligned to the right."""
 
 
 class Fragment:
@@ -62,9 +58,12 @@ class Fragment:
                 html = self._html.heat(block, _heat_cells(block), block.pick if self._answers else "")
             case Bars():
                 html = self._html.bars(block, *_bars(block))
+            case Intervals():
+                html = self._html.intervals(block, *_intervals(block))
+            case Details():
+                html = self._html.details(block.summary, [self.block(inner) for inner in block.blocks])
             case Table():
-                numeric = [any(NUMBER.match(row[i]) for row in block.rows) for i in range(len(block.head))]
-                html = self._html.table(block, numeric)
+                html = self._html.table(block, block.numeric)
         return html
 
     def _figure(self, block: Lines | Loop) -> LinesDescription | LoopDescription:
@@ -135,6 +134,31 @@ def _bars(bars: Bars) -> tuple[list[list[dict[str, str]]], str]:
 
     rows = [[bar(float(g.values[i]), g.role) for g in bars.groups] for i in range(len(bars.labels))]
     return rows, "" if bars.mark is None else f"{bars.mark / whole * 100:.2f}%"
+
+
+def _intervals(found: Intervals) -> tuple[list[dict[str, str] | None], str, str]:
+    """Place of dot and bar for each label, None if there is no value; place of the null value, and of the common one.
+
+    A bar without an end is as wide as the figure.
+    """
+    there = np.isfinite(found.values)
+    error = np.where(np.isfinite(found.errors), found.errors, 0.0)
+    common = [] if found.common is None else [found.common]
+    ends = np.concatenate([(found.values - error)[there], (found.values + error)[there], common, [found.null]])
+    low, high = float(ends.min()), float(ends.max())
+    margin = 0.06 * (high - low or 1.0)
+    low, high = low - margin, high + margin
+
+    def place(value: float) -> str:
+        return f"{min(max((value - low) / (high - low), 0.0), 1.0) * 100:.2f}%"
+
+    rows = [
+        {"dot": place(v), "begin": place(v - e), "width": place(low + min(2.0 * e, high - low))}
+        if np.isfinite(v)
+        else None
+        for v, e in zip(found.values.tolist(), found.errors.tolist(), strict=True)
+    ]
+    return rows, place(found.null), "" if found.common is None else place(found.common)
 
 
 def _number(value: float, digits: str) -> str:

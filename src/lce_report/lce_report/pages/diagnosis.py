@@ -1,43 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of `lce diagnose`: the answer, the candidates, the error before and after, and what is left."""
+"""The report of `lce diagnose`: the answer, the errors in three columns, the candidates, and what is left."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Diagnosis
-from lce_analysis.diagnosis.score import Score
 from lce_analysis.diagnosis.structure import Dependence
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.options import CompareOptions, DiagnoseOptions
 from lce_data.run import Run
-from lce_report.blocks import Axis, Bars, Block, Curve, Grid, Group, Lines, Section, Table
+from lce_report.blocks import Axis, Bars, Block, Curve, Details, Grid, Group, Lines, Section
 from lce_report.figures.axes import residual_axis
 from lce_report.figures.before_after import overlays
 from lce_report.figures.errors import error_reductions
+from lce_report.figures.leading import LeadingCandidate, candidate_blocks, leading_candidates
 from lce_report.html.render import render
 from lce_report.pages.footer import provenance
+from lce_report.tables import DiagnosisTables, diagnosis_tables
 
 SHOWN: Final = 3
 """Dependences of the rest that are drawn."""
 LEAST: Final = 0.005
-"""Share of the error below which nothing is drawn."""
-LIBRARY_HEAD: Final = (
-    "effect",
-    "stage",
-    "evidence",
-    "p",
-    "visible",
-    "expected strength",
-    "would show from",
-    "predicted reduction",
-    "looks like",
-)
-ABOUT_CANDIDATES: Final = (
-    "Each effect alone, before anything was refitted. Evidence is the score test's χ² after the free parameters "
-    "were projected out; visible is the part of the effect that they do not mask; an effect would show from the "
-    "strength given."
+"""Share of the residual's variance below which a dependence is not drawn."""
+ABOUT_EVIDENCE: Final = (
+    "This is what chose the candidates to be tried; it does not decide. Evidence is the score test's χ² after the free "
+    "parameters were projected out, visible is the part of the effect that they do not mask, and an effect would show "
+    "from the strength given."
 )
 ABOUT_REST: Final = (
     "How much of the residual's variance a curve over each quantity predicts in runs that were left out. Noise "
@@ -70,54 +60,36 @@ def render_diagnosis(
         If a run does not hold what the models need.
     """
     every, held_out = [*runs, *test_runs], {run.name for run in test_runs}
-    before, after = compare(found.before, every), compare(found.model, every)
+    models = {"as given": found.given, "refitted": found.before}
+    if found.steps:
+        models["with the effects" if len(found.steps) > 1 else f"with {found.steps[0].added}"] = found.model
+    compared = {label: compare(model, every, CompareOptions(drive=found.drive)) for label, model in models.items()}
+    tables = diagnosis_tables(found)
     sections = [
-        Section("Candidates", _candidates(found)),
-        Section("The error, before and after", [*_steps(found), *error_reductions(before, after, held_out)]),
+        Section("The errors", [*error_blocks(tables), *error_reductions(compared, held_out)]),
+        Section("The candidates", candidates(tables, leading_candidates(found))),
         Section("What is left", _rest(found.rest, options.structured)),
-        *overlays(before, after, held_out),
+        *overlays(compared, held_out),
     ]
-    return render("Which effect is missing", found.sentences, sections, provenance(found.model, every))
+    return render("Which effect is missing", found.sentences, sections, provenance(found.model, every, found.drive))
 
 
-def predicted_reductions(reductions: Mapping[str, float]) -> Bars:
-    """The reduction of the squared error that each effect alone promises, by its name; those above LEAST are drawn."""
-    strong = sorted((name for name in reductions if reductions[name] > LEAST), key=lambda name: -reductions[name])
-    group = Group("predicted reduction", "model", np.array([reductions[name] for name in strong]))
-    return Bars("Reduction of the squared error that the score test predicts", "1", strong, [group], digits=".1%")
+def error_blocks(tables: DiagnosisTables) -> list[Block]:
+    """The errors of the three models, and what each addition did."""
+    return [tables.errors, *([tables.steps] if tables.steps else [])]
 
 
-def _candidates(found: Diagnosis) -> list[Block]:
-    return [
-        ABOUT_CANDIDATES,
-        predicted_reductions({s.effect.name: s.predicted_reduction for s in found.scores}),
-        Table("The library", LIBRARY_HEAD, [_candidate(s, found.aliases[s.effect.name]) for s in found.scores]),
-    ]
+def candidates(tables: DiagnosisTables, leaders: Sequence[LeadingCandidate]) -> list[Block]:
+    """The ranking, its leaders in detail, and the evidence behind a click."""
+    ranking: list[Block] = [tables.ranking] if tables.ranking else ["No effect was tried: none promised enough."]
+    not_tried = [tables.not_tried] if tables.ranking and tables.not_tried else []
+    details = [block for candidate in leaders for block in candidate_blocks(candidate)]
+    return [*ranking, *not_tried, *details, evidence_details(tables)]
 
 
-def _candidate(score: Score, aliases: Sequence[str]) -> tuple[str, ...]:
-    unit = score.effect.parameter(score.effect.strength).unit
-    return (
-        score.effect.name,
-        score.effect.stage,
-        f"{score.evidence:.4g}",
-        f"{score.p_value:.1e}",
-        f"{score.visibility:.1%}",
-        f"{score.expected_strength:.3g} {unit}".removesuffix(" 1"),
-        f"{score.detectable:.2g}" if score.shown else "not at all",
-        f"{score.predicted_reduction:.1%}",
-        ", ".join(aliases),
-    )
-
-
-def _steps(found: Diagnosis) -> list[Block]:
-    if not found.steps:
-        return []
-    rows = [
-        (s.added, ", ".join(s.alias_set[1:]), f"{s.predicted_reduction:.1%}", f"{s.actual_reduction:.1%}")
-        for s in found.steps
-    ]
-    return [Table("Added", ("effect", "or", "predicted reduction", "actual reduction"), rows)]
+def evidence_details(tables: DiagnosisTables) -> Details:
+    """The score test of every candidate, behind a click."""
+    return Details("Evidence, p-values and aliases of all candidates", [ABOUT_EVIDENCE, tables.evidence])
 
 
 def _rest(dependences: Sequence[Dependence], structured: float) -> list[Block]:

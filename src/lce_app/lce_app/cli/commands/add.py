@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`lce add`: add an effect to a model, and compare the error before and after."""
+"""`lce add`: add an effect to a model, refit it, and say whether that helped."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING
 from lce_app.cli.arguments import add_model, add_runs, add_test_runs, check_inputs, print_files
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from typing import Any
-
     from lce_app.use_cases.add_effect import Added
 
 
@@ -23,11 +20,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_test_runs(parser)
     add_model(parser)
     parser.add_argument("--out", type=Path, required=True, metavar="M2.yaml", help="model file to write")
-    parser.add_argument("--report", type=Path, metavar="F.html", help="write before and after as one HTML file")
+    parser.add_argument(
+        "--report", type=Path, metavar="F.html", help="write the errors and the series as one HTML file"
+    )
 
 
 def main(args: argparse.Namespace) -> int:
-    """Add, refit, write the model file, print before and after."""
+    """Add, refit, write the model file, print what it did."""
     check_inputs([*args.runs, *args.test], [args.model])
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.add_effect import add_effect
@@ -36,40 +35,21 @@ def main(args: argparse.Namespace) -> int:
         found = add_effect(
             args.effect, args.runs, args.model, args.out, args.test, report_file=args.report, progress=bar
         )
-    print(found.addition.sentence)
-    print("\n".join(["", *_before_and_after(found)]))
-    for value in found.addition.model.values:
-        if value.term == found.addition.effect:
-            error = "" if value.standard_error is None else f" ± {value.standard_error:.2g}"
-            print(f"\n{value.key} = {value.value:.4g}{error} {value.unit}", end="")
-    print("\n\n" + history_table(found.addition.model.fit["history"]))
+    print(summary(found))
     print_files(args.out, args.report)
     return 0
 
 
-def _before_and_after(found: Added) -> list[str]:
-    lines = [f"{'run':24s} {'':12s} {'before':>10s} {'after':>10s}   (RMS error in units of the noise)"]
-    for before, after in zip(found.before.runs, found.after.runs, strict=True):
-        name = before.run.name
-        note = " (held out)" if name in found.held_out else ""
-        for channel in before.channels:
-            old, new = (side.channels[channel].metrics.over_noise for side in (before, after))
-            lines.append(f"{name:24s} {channel.name:12s} {old:10.2f} {new:10.2f}{note}")
-    return lines
+def summary(found: Added) -> str:
+    """The sentence, the errors of each run, the parameters of the effect, its strength by run, and the models tried."""
+    from lce_app.cli.table import as_text
 
-
-def history_table(history: Sequence[Mapping[str, Any]]) -> str:
-    """The models tried: effects, NRMSE of each sensor on training and on held-out runs, verdict."""
-    from lce_data.channels import SENSORS
-
-    heads = [f"{side} {channel.symbol}" for side in ("train", "test") for channel in SENSORS]
-    lines = [f"{'model':44s} {' '.join(f'{head:>8s}' for head in heads)}"]
-    for entry in history:
-        name = " + ".join(x for x in (entry["thermal"], entry["deformation"], *entry["effects"]) if x != "none")
-        cells = [
-            "        " if (x := entry[side].get(f"{channel.name}_nrmse")) is None else f"{x:8.2%}"
-            for side in ("train", "test")
-            for channel in SENSORS
-        ]
-        lines.append(f"{name:44s} {' '.join(cells)}  {entry['verdict']}")
-    return "\n".join(lines)
+    addition, tables = found.addition, found.tables
+    values = []
+    for value in addition.model.values:
+        if value.term == addition.effect:
+            error = "" if value.standard_error is None else f" ± {value.standard_error:.2g}"
+            unit = "" if value.unit == "1" else f" {value.unit}"
+            values.append(f"{value.key} = {value.value:.4g}{error}{unit}")
+    parts = [as_text(tables.errors), "\n".join(values), as_text(tables.strengths), as_text(tables.history)]
+    return "\n\n".join([addition.sentence, *parts])

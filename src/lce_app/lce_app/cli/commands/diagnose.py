@@ -22,6 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help="a candidate of your own")
     parser.add_argument("--json", type=Path, metavar="F", help="write the numbers as JSON")
     parser.add_argument("--report", type=Path, metavar="F.html", help="write the evidence as one HTML file")
+    parser.add_argument(
+        "--evidence",
+        action="store_true",
+        help="print the score test of every effect too: evidence, p-value, visibility, what looks like it (in the "
+        "report and the JSON anyway)",
+    )
     add_cluster(parser)
 
 
@@ -37,26 +43,25 @@ def main(args: argparse.Namespace) -> int:
         found = diagnose(args.runs, args.model, args.test, options, args.json, args.report, bar)
     for warning in found.warnings:
         print(f"lce: {warning}", file=sys.stderr)
-    print(summary(found.diagnosis))
+    print(summary(found.diagnosis, args.evidence))
     print_files(args.json, args.report)
     return 0
 
 
-def summary(diagnosis: Diagnosis) -> str:
-    """The answer, the errors before and after, and the candidates as a table."""
-    lines = [*diagnosis.sentences, "", f"{'NRMSE':20s} {'before':>8s} {'after':>8s}"]
-    for name, sides in diagnosis.error.items():
-        for key, before in sides["before"].items():
-            if before is not None:
-                quantity = key.removesuffix("_nrmse")
-                lines.append(f"{name + ' ' + quantity:20s} {before:8.2%} {sides['after'][key]:8.2%}")
-    lines += ["", f"{'effect':27s} {'evidence':>9s} {'p':>8s} {'visible':>8s} {'strength':>10s}        looks like"]
-    for s in diagnosis.scores:
-        unit = s.effect.parameter(s.effect.strength).unit
-        unit = "" if unit == "1" else unit
-        strength = f"{s.expected_strength:10.3g} {unit:6s}"
-        lines.append(
-            f"{s.effect.name:27s} {s.evidence:9.4g} {s.p_value:8.1e} {s.visibility:8.1%} {strength} "
-            f"{', '.join(diagnosis.aliases[s.effect.name])}".rstrip()
-        )
-    return "\n".join(lines)
+def summary(diagnosis: Diagnosis, evidence: bool = False) -> str:
+    """The answer, the errors of the three models, what was added, and the ranking of what was tried."""
+    from lce_app.cli.table import as_text
+    from lce_report.tables import MEANING, diagnosis_tables
+
+    tables = diagnosis_tables(diagnosis)
+    parts = ["\n".join(diagnosis.sentences), as_text(tables.errors)]
+    if tables.steps:
+        parts.append(as_text(tables.steps))
+        parts += [as_text(tables.strengths)] if tables.strengths else []
+    if tables.ranking:
+        parts.append(as_text(tables.ranking, without=(MEANING,)))
+    if tables.not_tried:
+        parts.append(tables.not_tried)
+    if evidence:
+        parts.append(as_text(tables.evidence))
+    return "\n\n".join(parts)

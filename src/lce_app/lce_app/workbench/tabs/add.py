@@ -39,6 +39,9 @@ def fill(state: WorkbenchState) -> None:
         ).mark("add")
         ui.button("Undo", on_click=notify_errors(state.undo)).props("outline no-caps").mark("undo")
     _history(state)
+    added = state.addition()
+    if added is not None:
+        Figures(lambda: drawings.addition(added)).mark("addition")
     if state.used():
         Figures(lambda: drawings.history(state)).mark("falling error")
         Figures(lambda: drawings.before_and_after(state)).mark("before and after")

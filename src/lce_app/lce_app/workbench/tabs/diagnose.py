@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which effect is missing: the verdict, the candidates with their evidence, and what each would look like."""
+"""Which effect is missing: the verdict, the errors in three columns, the ranking, and each candidate in detail."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import CandidateRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_model.effects import library
+from lce_report.figures.leading import LeadingCandidate
 
 VERDICTS: Final = {
     "adequate": "Adequate: nothing is missing",
@@ -24,8 +25,6 @@ VERDICTS: Final = {
     "unexplained": "Unexplained: something is missing that the library does not hold",
     "cannot_tell": "Cannot tell: these data do not say",
 }
-SHOWN: Final = 8
-"""Candidates that are listed before the others."""
 
 
 def fill(state: WorkbenchState) -> None:
@@ -39,7 +38,7 @@ def fill(state: WorkbenchState) -> None:
             "unelevated no-caps"
         ).mark("diagnose")
         judged = f"judged on {test} held out" if test else "none is held out to judge on (tab Runs)"
-        ui.label(f"the score test over the library on {train} {'run' if train == 1 else 'runs'}; {judged}")
+        ui.label(f"which effect of the library explains {train} {'run' if train == 1 else 'runs'}; {judged}")
     found = state.diagnosis()
     if found is None:
         ui.label("This model has not been diagnosed yet.")
@@ -48,11 +47,18 @@ def fill(state: WorkbenchState) -> None:
         ui.html(f"<h2>{VERDICTS[found.verdict]}</h2>", sanitize=False).mark("verdict")
         for sentence in found.sentences:
             ui.label(sentence)
-    Figures(lambda: drawings.candidates(found))
-    for i, candidate in enumerate(sorted(found.candidates, key=lambda c: c.effect not in found.added)):
-        if i == SHOWN:
-            ui.html("<h2>The rest of the library</h2>", sanitize=False)
-        _candidate(state, candidate)
+    Figures(lambda: drawings.diagnosis(found)).mark("tables")
+    leading = {candidate.effect: candidate for candidate in found.leading}
+    tried = [candidate for candidate in found.candidates if candidate.standing != "not tried"]
+    for heading, members in (
+        ("Tried", tried),
+        ("Not tried: they promised too little", [c for c in found.candidates if c not in tried]),
+    ):
+        if members:
+            ui.html(f"<h2>{heading}</h2>", sanitize=False)
+        for candidate in members:
+            _candidate(state, candidate, leading.get(candidate.effect))
+    Figures(lambda: drawings.evidence(found)).mark("evidence")
 
 
 def diagnose(state: WorkbenchState) -> None:
@@ -88,25 +94,18 @@ def add(state: WorkbenchState, effect: str) -> None:
     turn_to("Add")
 
 
-def _candidate(state: WorkbenchState, candidate: CandidateRecord) -> None:
-    effect = library().get(candidate.effect)
-    visible = f"{candidate.visibility:.0%} visible" if candidate.shown else "these data would not show it"
-    caption = f"evidence {candidate.evidence:.3g}, reduction {candidate.predicted_fall:.1%}, {visible}"
+def _candidate(state: WorkbenchState, candidate: CandidateRecord, leading: LeadingCandidate | None) -> None:
+    caption = candidate.meaning if candidate.standing == "not tried" else f"{candidate.standing}: {candidate.reason}"
     with (
         ui.expansion(candidate.effect, caption=caption)
         .classes("candidate")
         .mark(f"candidate {candidate.effect}") as open_
     ):
-        if effect is not None:
-            ui.label(f"{effect.title}: {effect.meaning}")
-            ui.html(f"<code>{html.escape(effect.equation)}</code>", sanitize=False)
-            with ui.element("ul"):
-                for p in effect.parameters:
-                    with ui.element("li"):
-                        unit = "" if p.unit == "1" else f" {p.unit}"
-                        ui.label(f"{p.name}: {p.description}, {p.lower:g} … {p.upper:g}{unit} ({p.source})")
-        expected = ", ".join(f"{key} = {value:.3g}" for key, value in candidate.settings.items())
-        ui.label(f"Expected: {expected}; p = {candidate.p_value:.1e}.")
+        _described(candidate)
+        values = ", ".join(f"{key} = {value:.3g}" for key, value in candidate.settings.items())
+        ui.label(f"{'Expected' if candidate.standing == 'not tried' else 'Refitted'}: {values}.")
+        if not candidate.shown:
+            ui.label("These data would not show it, at any strength within its bounds.")
         if candidate.aliases:
             ui.label(
                 f"In these data it looks like {', '.join(candidate.aliases)}. The tab Design designs the "
@@ -116,14 +115,33 @@ def _candidate(state: WorkbenchState, candidate: CandidateRecord) -> None:
         ui.button(f"Add {candidate.effect}", on_click=notify_errors(partial(add, state, candidate.effect))).props(
             "outline no-caps"
         ).classes("as-wide").mark(f"add {candidate.effect}")
-    open_.on_value_change(_once(lambda: _signature(state, candidate, place)))
+    open_.on_value_change(_once(lambda: _picture(state, candidate, leading, place)))
 
 
-def _signature(state: WorkbenchState, candidate: CandidateRecord, place: ui.element) -> None:
-    """Draw what the effect would look like, in the run learnt from that is first."""
+def _described(candidate: CandidateRecord) -> None:
+    """Title, equation and parameters; an effect of the user's own has its meaning here."""
+    effect = library().get(candidate.effect)
+    if effect is None:
+        ui.label(candidate.meaning)
+        return
+    ui.label(f"{effect.title}: {effect.meaning}")
+    ui.html(f"<code>{html.escape(effect.equation)}</code>", sanitize=False)
+    with ui.element("ul"):
+        for p in effect.parameters:
+            with ui.element("li"):
+                unit = "" if p.unit == "1" else f" {p.unit}"
+                ui.label(f"{p.name}: {p.description}, {p.lower:g} … {p.upper:g}{unit} ({p.source})")
+
+
+def _picture(
+    state: WorkbenchState, candidate: CandidateRecord, leading: LeadingCandidate | None, place: ui.element
+) -> None:
+    """Draw what the refit with the effect changed; of one that was not tried, what it would change before a refit."""
     model, run = state.model(), next(iter(state.runs("train").values()), None)
-    if model is not None and run is not None:
-        with place:
+    with place:
+        if leading is not None:
+            Figures(lambda: drawings.leading(leading))
+        elif model is not None and run is not None:
             Figures(lambda: drawings.signature(model, run, candidate.effect, candidate.settings))
 
 

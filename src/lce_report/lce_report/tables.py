@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of a diagnosis and of an added effect: the command prints them, the report and the page draw them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from lce_analysis.diagnosis.misfit import Misfit, share_removed
+from lce_analysis.diagnosis.strength import Estimate
+from lce_data.channels import SENSORS, Channel
+from lce_model import Model
+from lce_model.effects import Effect
+from lce_report.blocks import Table
+
+if TYPE_CHECKING:
+    from lce_analysis.comparison.compare import Comparison
+    from lce_analysis.diagnosis import Addition, Diagnosis
+    from lce_analysis.diagnosis.held_out import HeldOut
+    from lce_analysis.diagnosis.ranking import Candidate
+    from lce_analysis.diagnosis.search import Step
+
+LEADING: Final = 4
+"""Candidates whose strengths by run and pictures are shown, at most."""
+MEANING: Final = "what it does"
+"""The column of the ranking that is too wide for a terminal."""
+NAMES: Final = 24
+"""Letters that the names of runs may take in a label; more runs are counted."""
+NOTHING: Final = "–"
+SIDES: Final = ("train", "test")
+
+
+@dataclass(frozen=True)
+class DiagnosisTables:
+    """What is told of a diagnosis beside its sentences.
+
+    errors : of the model as given, refitted, and with what was added.
+    steps : what each addition did; None if nothing was added.
+    strengths : of the leading candidates, run by run; None if nothing was tried.
+    ranking : the candidates that were tried, sorted by what decides; None if nothing was.
+    not_tried : the others, in a sentence; empty if there are none.
+    evidence : the score test of every candidate.
+    """
+
+    errors: Table
+    steps: Table | None
+    strengths: Table | None
+    ranking: Table | None
+    not_tried: str
+    evidence: Table
+
+
+@dataclass(frozen=True)
+class AdditionTables:
+    """What is told of an added effect beside its sentence.
+
+    errors : of the model as given, refitted, and with the effect, for each run.
+    strengths : of the effect, run by run.
+    history : the models tried.
+    """
+
+    errors: Table
+    strengths: Table
+    history: Table
+
+
+def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
+    """Lay out a diagnosis."""
+    tried = [c for c in found.candidates if c.trial is not None]
+    others = [c.effect.name for c in found.candidates if c.trial is None]
+    leaders = [c for c in leading(found) if c.trial and c.trial.strengths]
+    return DiagnosisTables(
+        errors=_errors(found),
+        steps=_steps(found.steps) if found.steps else None,
+        strengths=_strengths({c.effect: _by_run(c, found.runs) for c in leaders}) if leaders else None,
+        ranking=_ranking(tried, found.steps) if tried else None,
+        not_tried=f"Not tried, because they promised too little: {', '.join(others)}." if others else "",
+        evidence=Table(
+            "The score test of each effect, alone, before anything was refitted",
+            ("effect", "stage", "evidence", "p", "visible", "expected strength", "would show from", "looks like"),
+            [_evidence(c) for c in found.candidates],
+        ),
+    )
+
+
+def addition_tables(
+    addition: Addition,
+    effect: Effect,
+    given: Comparison,
+    before: Comparison,
+    after: Comparison,
+    held_out: Collection[str] = (),
+) -> AdditionTables:
+    """Lay out an added effect.
+
+    Parameters
+    ----------
+    addition : what adding it did; effect : which one it is.
+    given, before, after : the model as given, refitted, and with the effect, beside the same runs.
+    held_out : names of the runs that nothing was fitted to.
+    """
+    return AdditionTables(
+        errors=_errors_by_run(given, before, after, addition.effect, held_out),
+        strengths=_strengths({effect: (None, addition.strength_by_run)}),
+        history=models_tried(addition.model),
+    )
+
+
+def leading(found: Diagnosis) -> tuple[Candidate, ...]:
+    """The candidates that are shown in detail: what was added, then the best of what was tried."""
+    tried = [c for c in found.candidates if c.trial is not None]
+    return tuple(tried[: max(LEADING, len(found.steps))])
+
+
+def estimate(value: float, standard_error: float, unit: str = "1") -> str:
+    """A value with its standard error and unit, two digits of the error: "0.1201 ± 0.0012 W"."""
+    after = "" if unit == "1" else f" {unit}"
+    if not (math.isfinite(standard_error) and standard_error > 0.0):
+        return f"{value:.3g}{after}".replace("-", "−")
+    size = math.floor(math.log10(max(abs(value), standard_error)))
+    ten = 0 if -4 < size < 5 else size
+    digits = min(max(ten + 1 - math.floor(math.log10(standard_error)), 0), 8)
+    scaled, error = (f"{x / 10.0**ten:.{digits}f}".replace("-", "−") for x in (value, standard_error))
+    return f"{scaled} ± {error}{after}" if ten == 0 else f"({scaled} ± {error})e{ten}{after}"
+
+
+def models_tried(model: Model) -> Table:
+    """NRMSE of the models in the history of a model, on the runs learnt from and on those held out."""
+    columns = [(side, channel) for side in SIDES for channel in SENSORS]
+    rows = []
+    for entry in model.fit["history"]:
+        errors = [entry[side].get(f"{channel.name}_nrmse") for side, channel in columns]
+        name = " + ".join(x for x in (entry["thermal"], entry["deformation"], *entry["effects"]) if x != "none")
+        rows.append((name, *("" if error is None else f"{error:.2%}" for error in errors), entry["verdict"]))
+    head = ("model", *(f"{side} {channel.symbol}" for side, channel in columns), "verdict")
+    return Table("Models tried (NRMSE)", head, rows)
+
+
+def _errors(found: Diagnosis) -> Table:
+    """Three columns for each sensor on each set of runs; without an addition the third would be the second."""
+    added = [step.added for step in found.steps]
+    head = ["runs", "sensor", "as given", "refitted"]
+    rows = []
+    for label, names, table in (("training", found.runs, found.train), ("held out", found.held_out, found.test)):
+        given, before, after = (table.misfit[column] for column in ("given", "before", "after"))
+        for channel in before.total:
+            cells = [_rms(misfit, channel) for misfit in ((given, before, after) if added else (given, before))]
+            went = [_share_removed(before, after, channel)] if added else []
+            rows.append((f"{label}: {_few(names)}", channel.symbol, *cells, *went))
+    if added:
+        head += [f"with {' + '.join(added)}", "went"]
+    about = " (went: share of the refitted model's squared error above the noise)" if added else ""
+    return Table(f"RMS error, × noise{about}", head, rows)
+
+
+def _errors_by_run(
+    given: Comparison, before: Comparison, after: Comparison, effect: str, held_out: Collection[str]
+) -> Table:
+    rows = []
+    for old, refitted, new in zip(given.runs, before.runs, after.runs, strict=True):
+        label = f"{old.run.name} (held out)" if old.run.name in held_out else old.run.name
+        for channel in refitted.channels:
+            columns = [side.channels[channel].metrics.over_noise for side in (old, refitted, new)]
+            above, left = (max(x**2 - 1.0, 0.0) for x in columns[1:])
+            went = _percent((above - left) / above) if above > 0.0 else NOTHING
+            rows.append((label, channel.symbol, *(f"{x:.2f}" for x in columns), went))
+    about = "RMS error, × noise (went: share of the refitted model's squared error above the noise)"
+    return Table(about, ("run", "sensor", "as given", "refitted", f"with {effect}", "went"), rows)
+
+
+def _steps(steps: Sequence[Step]) -> Table:
+    sensors = [c for c in SENSORS if any(c in step.held_out.before.total for step in steps)]
+    head = ("added", "or", "predicted", "went", "judged on", *(f"{c.symbol} without → with" for c in sensors))
+    rows = [
+        (
+            step.added,
+            ", ".join(step.alias_set[1:]) or NOTHING,
+            _percent(step.predicted_reduction),
+            _percent(step.actual_reduction),
+            _left_out(step.held_out),
+            *(_without_with(step.held_out, c) for c in sensors),
+        )
+        for step in steps
+    ]
+    about = "predicted, went: share of the squared error above the noise; without → with: on data left out, × noise"
+    return Table(f"What was added ({about})", head, rows)
+
+
+ByRun = tuple[Estimate | None, Mapping[str, Estimate | None]]
+"""Strength from all runs together, and from each."""
+
+
+def _by_run(candidate: Candidate, runs: Sequence[str]) -> ByRun:
+    assert candidate.trial is not None and candidate.trial.strengths is not None
+    found = candidate.trial.strengths
+    return found.overall, dict(zip(runs, found.by_run, strict=True))
+
+
+def _strengths(found: Mapping[Effect, ByRun]) -> Table:
+    """A column for each effect, a row for each run."""
+    head = ["run"]
+    columns: list[list[str]] = []
+    for effect, (overall, by_run) in found.items():
+        unit = effect.parameter(effect.strength).unit
+        head.append(effect.strength_key if unit == "1" else f"{effect.strength_key} [{unit}]")
+        columns.append([_estimate(e) for e in ([overall] if overall else []) + list(by_run.values())])
+    overall, by_run = next(iter(found.values()))
+    runs = [*(["all runs"] if overall else []), *by_run]
+    rows = [(run, *(column[i] for column in columns)) for i, run in enumerate(runs)]
+    return Table("Strength that each run wants, ± standard error", head, rows)
+
+
+def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
+    accepted = {step.added: step for step in steps}
+    held_out = {c.effect.name: _held_out(c, accepted) for c in tried}
+    sensors = [s for s in SENSORS if any(h is not None and s in h.before.total for h in held_out.values())]
+    rows = []
+    for c in tried:
+        step, of = accepted.get(c.effect.name), held_out[c.effect.name]
+        actual = c.actual_reduction if step is None else step.actual_reduction
+        unit = c.effect.parameter(c.effect.strength).unit
+        rows.append(
+            (
+                c.effect.name,
+                c.effect.meaning,
+                _estimate(c.strength, unit),
+                _percent(c.predicted_reduction),
+                NOTHING if actual is None else _percent(actual),
+                *(NOTHING if of is None else _without_with(of, s) for s in sensors),
+                f"{c.standing}: {c.reason}",
+            )
+        )
+    changes = (f"{s.symbol} without → with" for s in sensors)
+    head = ("effect", MEANING, "strength", "predicted", "went", *changes, "outcome")
+    about = "without → with: on data left out, × noise"
+    return Table(f"The candidates that were tried, sorted by what decides ({about})", head, rows)
+
+
+def _held_out(c: Candidate, accepted: Mapping[str, Step]) -> HeldOut | None:
+    if c.effect.name in accepted:
+        return accepted[c.effect.name].held_out
+    return c.trial.held_out if c.trial else None
+
+
+def _evidence(c: Candidate) -> tuple[str, ...]:
+    score, unit = c.score, c.effect.parameter(c.effect.strength).unit
+    after = "" if unit == "1" else f" {unit}"
+    return (
+        c.effect.name,
+        c.effect.stage,
+        f"{score.evidence:.4g}",
+        f"{score.p_value:.1e}",
+        f"{score.visibility:.1%}",
+        f"{score.expected_strength:.3g}{after}",
+        f"{score.detectable:.2g}{after}" if score.shown else "not at all",
+        ", ".join(c.aliases),
+    )
+
+
+def _few(names: Sequence[str]) -> str:
+    """The names of runs, or how many there are."""
+    text = ", ".join(names)
+    return text if len(text) <= NAMES else f"{len(names)} runs"
+
+
+def _left_out(held_out: HeldOut) -> str:
+    return _few(held_out.names) if held_out.how == "test runs" else held_out.how
+
+
+def _without_with(held_out: HeldOut, channel: Channel) -> str:
+    if channel not in held_out.before.total or channel not in held_out.after.total:
+        return NOTHING
+    return f"{_rms(held_out.before, channel)} → {_rms(held_out.after, channel)}"
+
+
+def _rms(misfit: Misfit, channel: Channel) -> str:
+    return f"{misfit.rms[channel]:.2f}" if channel in misfit.total else NOTHING
+
+
+def _share_removed(before: Misfit, after: Misfit, channel: Channel) -> str:
+    return _percent(share_removed(before, after, channel)) if before.above_noise(channel) > 0.0 else NOTHING
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}".replace("-", "−")
+
+
+def _estimate(found: Estimate | None, unit: str = "1") -> str:
+    return NOTHING if found is None else estimate(found.value, found.standard_error, unit)
