@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an effect is worth on data that it was not fitted to.
 
-Runs held out by the user decide. Without any, each run is left out in turn, and the others are refitted without it and
-with the effect; with a single run, blocks of it are left out.
+Runs held out by the user decide. Without any, each run is left out in turn, and the model is refitted to the others;
+with a single run, blocks of it are left out.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, mean_squares, optimum, samples, without_run
+from lce_analysis.diagnosis.linearized_fit import mean_squares, optimum, samples, without_run
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_data.channels import Channel
 from lce_data.progress import Progress
+from lce_model import Model
 
 Floats = NDArray[np.float64]
 LeftOut = Literal["test runs", "each run in turn", "each block in turn"]
@@ -30,7 +33,7 @@ TOLERANCE: Final = 1e-4
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors of data left out.
+    """Errors of data left out, away from the jumps of the models.
 
     how : what was left out.
     names : of the runs, or of the blocks of one run.
@@ -43,67 +46,97 @@ class HeldOut:
     after: Misfit
 
 
-def left_out(judged: JudgedRuns, tests: JudgedRuns) -> LeftOut:
-    """What can be left out."""
-    if tests.runs:
-        return "test runs"
-    return "each run in turn" if len(judged.runs) > 1 else "each block in turn"
+class DataLeftOut:
+    """What is left out of the fits of a stage to judge them; the refits without an effect are made once."""
+
+    def __init__(self, judged: JudgedRuns, tests: JudgedRuns, progress: Progress) -> None:
+        self.judged, self.tests, self.progress = judged, tests, progress
+        self._refits: dict[int, tuple[Problem, Sequence[Problem]]] = {}
+
+    @property
+    def how(self) -> LeftOut:
+        """What can be left out."""
+        if self.tests.runs:
+            return "test runs"
+        return "each run in turn" if len(self.judged.runs) > 1 else "each block in turn"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the runs or blocks left out."""
+        if self.how == "each block in turn":
+            return tuple(f"{self.judged.runs[0].name}, block {b + 1} of {BLOCKS}" for b in range(BLOCKS))
+        return tuple(run.name for run in (self.tests if self.how == "test runs" else self.judged).runs)
+
+    def errors(self, stage: StageProblem, with_it: Problem, effect: str) -> HeldOut:
+        """Errors of a stage without and with an effect, refitted without what is left out."""
+        without = stage.fit.problem
+        if self.how == "test runs":
+            before, after = self.between(without.model, with_it.model, stage)
+        elif self.how == "each run in turn":
+            before, after = self._runs(stage, with_it, effect)
+        else:
+            before = _errors_of_blocks(without, self._refitted(without, "as it is"))
+            after = _errors_of_blocks(with_it, self._refitted(with_it, f"with {effect}"))
+        return HeldOut(self.how, self.names, before, after)
+
+    def between(self, without: Model, with_it: Model, stage: StageProblem) -> tuple[Misfit, Misfit]:
+        """Errors of two models on the runs held out, in the sensors of a stage."""
+        return self.tests.between_jumps(without, with_it, stage.drive, stage.channels)
+
+    def _runs(self, stage: StageProblem, with_it: Problem, effect: str) -> tuple[Misfit, Misfit]:
+        before, after = Misfit({}, {}), Misfit({}, {})
+        first = self._refitted(stage.fit.problem, "as it is")
+        second = self._refitted(with_it, f"with {effect}")
+        for i, (a, b) in enumerate(zip(first, second, strict=True)):
+            errors = self.judged.only(i).between_jumps(a.model, b.model, stage.drive, stage.channels)
+            before, after = before + errors[0], after + errors[1]
+        return before, after
+
+    def _refitted(self, problem: Problem, label: str) -> Sequence[Problem]:
+        """The problem refitted without each run, or each block, in turn."""
+        known = self._refits.get(id(problem))
+        if known is not None:
+            return known[1]
+        if self.how == "each run in turn":
+            parts = [without_run(problem, i) for i in range(len(self.judged.runs))]
+        else:
+            parts = [_counting(problem, [1.0 - mask for mask in inside]) for inside in _blocks(problem)]
+        found = [
+            optimum(part, f"{label} without {name}", self.progress, ITERATIONS, TOLERANCE)
+            for part, name in zip(parts, self.names, strict=True)
+        ]
+        # The problem is kept beside its refits, so that its id stays its own.
+        self._refits[id(problem)] = problem, found
+        return found
 
 
-def held_out_misfit(
-    stage: StageProblem, fit: LinearizedFit, judged: JudgedRuns, tests: JudgedRuns, label: str, progress: Progress
-) -> Misfit:
-    """Errors of a fit of a stage on what is left out."""
-    how = left_out(judged, tests)
-    if how == "test runs":
-        return tests.misfit(fit.problem.model, stage.drive, stage.channels)
-    parts = (
-        _each_run(stage, fit, judged, label, progress)
-        if how == "each run in turn"
-        else _each_block(fit, label, progress)
-    )
-    total = Misfit({}, {})
-    for part in parts:
-        total = total + part
-    return total
+def _errors_of_blocks(problem: Problem, refits: Sequence[Problem]) -> Misfit:
+    """Error of each block at the parameters that the others give."""
+    total: dict[Channel, list[float]] = {}
+    counts: dict[Channel, list[float]] = {}
+    for inside, refitted in zip(_blocks(problem), refits, strict=True):
+        block = _counting(replace(refitted, observed=problem.observed), inside)
+        squares: Mapping[Channel, float] = mean_squares(block.residuals(block.first()), block.observed)
+        for channel, size in samples(block.observed).items():
+            total.setdefault(channel, []).append(squares[channel] * size)
+            counts.setdefault(channel, []).append(size)
+    return Misfit({c: np.array(x) for c, x in total.items()}, {c: np.array(x) for c, x in counts.items()})
 
 
-def names_left_out(judged: JudgedRuns, tests: JudgedRuns) -> tuple[str, ...]:
-    """Names of what is left out."""
-    how = left_out(judged, tests)
-    if how == "each block in turn":
-        return tuple(f"{judged.runs[0].name}, block {b + 1} of {BLOCKS}" for b in range(BLOCKS))
-    return tuple(run.name for run in (tests.runs if how == "test runs" else judged.runs))
-
-
-def _each_run(
-    stage: StageProblem, fit: LinearizedFit, judged: JudgedRuns, label: str, progress: Progress
-) -> Iterator[Misfit]:
-    for i, run in enumerate(judged.runs):
-        found = optimum(without_run(fit.problem, i), f"{label} without {run.name}", progress, ITERATIONS, TOLERANCE)
-        yield judged.only(i).misfit(found.model, stage.drive, stage.channels)
-
-
-def _each_block(fit: LinearizedFit, label: str, progress: Progress) -> Iterator[Misfit]:
-    problem = fit.problem
+def _blocks(problem: Problem) -> list[list[Floats]]:
+    """For each block and series: 1 for the samples (n,) inside, else 0."""
     last = max(float(p.time_s[-1]) for p in problem.inputs)
-    for b in range(BLOCKS):
-        inside = [_inside(problem, series, b * last / BLOCKS, (b + 1) * last / BLOCKS) for series in problem.observed]
-        rest = _counting(problem, [1.0 - mask for mask in inside])
-        found = optimum(rest, f"{label} without block {b + 1}", progress, ITERATIONS, TOLERANCE)
-        block = _counting(found, inside)
-        counts = samples(block.observed)
-        squares = mean_squares(block.residuals(block.first()), block.observed)
-        yield Misfit(
-            {c: np.array([squares[c] * counts[c]]) for c in squares}, {c: np.array([counts[c]]) for c in squares}
-        )
+    ends = np.linspace(0.0, last, BLOCKS + 1)
+    ends[-1] = np.inf
+    return [
+        [_inside(problem, series, begin, end) for series in problem.observed]
+        for begin, end in pairwise(ends)
+    ]
 
 
 def _inside(problem: Problem, series: ObservedSeries, begin_s: float, end_s: float) -> Floats:
-    """1 for the samples (n,) of a part of the run that count, else 0."""
     time = series.sampling(problem.inputs[series.run].time_s)
-    inside = np.where((time >= begin_s) & (time < end_s), 1.0, 0.0)
-    return inside if series.keep is None else inside * series.keep
+    return np.where((time >= begin_s) & (time < end_s), 1.0, 0.0)
 
 
 def _counting(problem: Problem, keep: Sequence[Floats]) -> Problem:

@@ -12,8 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.identification.discontinuities import away_from, discontinuities
 from lce_analysis.options import Drive
-from lce_analysis.prediction import predict
+from lce_analysis.prediction import MECHANICAL, predict
 from lce_data.channels import SENSORS, Channel
 from lce_data.noise import noise_floor
 from lce_data.run import Run
@@ -83,15 +84,40 @@ class JudgedRuns:
 
     def misfit(self, model: Model, drive: Drive = "model", channels: Sequence[Channel] = SENSORS) -> Misfit:
         """Simulate every run with the model. Raises LceError if a run lacks what the model needs."""
-        total: dict[Channel, list[float]] = {}
+        (found,) = self._misfits([model], drive, channels, between_jumps=False)
+        return found
+
+    def between_jumps(
+        self, first: Model, second: Model, drive: Drive, channels: Sequence[Channel]
+    ) -> tuple[Misfit, Misfit]:
+        """Errors of two models on the samples away from the jumps of both.
+
+        Which side of a jump a sample is on is decided within a hundredth of a second, and would outweigh all the rest.
+        """
+        before, after = self._misfits([first, second], drive, channels, between_jumps=True)
+        return before, after
+
+    def _misfits(
+        self, models: Sequence[Model], drive: Drive, channels: Sequence[Channel], between_jumps: bool
+    ) -> list[Misfit]:
+        total: list[dict[Channel, list[float]]] = [{} for _ in models]
         samples: dict[Channel, list[float]] = {}
         for run, noise in zip(self.runs, self.noise, strict=True):
-            for channel, modelled in predict(model, run, drive).at_samples.items():
-                if channel in channels:
-                    residual = (modelled - run.series[channel].value) / noise[channel]
-                    total.setdefault(channel, []).append(float(residual @ residual))
-                    samples.setdefault(channel, []).append(float(residual.size))
-        return Misfit({c: np.array(x) for c, x in total.items()}, {c: np.array(x) for c, x in samples.items()})
+            predictions = [predict(model, run, drive).at_samples for model in models]
+            for channel in predictions[0]:
+                if channel not in channels:
+                    continue
+                series, modelled = run.series[channel], [p[channel] for p in predictions]
+                counted = np.ones(series.value.size, dtype=bool)
+                if between_jumps and channel in MECHANICAL:
+                    jumps = [discontinuities(series.time_s, m, noise[channel]) for m in modelled]
+                    counted = away_from(np.concatenate(jumps), series.time_s)
+                samples.setdefault(channel, []).append(float(counted.sum()))
+                for errors, m in zip(total, modelled, strict=True):
+                    residual = (m - series.value)[counted] / noise[channel]
+                    errors.setdefault(channel, []).append(float(residual @ residual))
+        counts = {c: np.array(x) for c, x in samples.items()}
+        return [Misfit({c: np.array(x) for c, x in errors.items()}, counts) for errors in total]
 
 
 def share_removed(before: Misfit, after: Misfit, channel: Channel) -> float:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from lce_analysis.diagnosis.held_out import HeldOut, held_out_misfit, left_out, names_left_out
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit, samples
+from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
+from lce_analysis.diagnosis.linearized_fit import refit, samples
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
@@ -21,6 +21,7 @@ from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.parallel import each
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import simulation_input
+from lce_data.channels import SENSORS
 from lce_data.errors import LceError
 from lce_data.progress import Progress
 from lce_data.run import Run
@@ -84,6 +85,7 @@ class Search:
         self.options, self.progress, self.candidates = options, progress, tuple(candidates)
         self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
         self.tests = JudgedRuns.of(test_runs)
+        self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.steps: list[Step] = []
         self.scores: dict[str, Score] = {}
         self.tried: dict[str, Trial] = {}
@@ -106,7 +108,7 @@ class Search:
         trials = [t for s in stages for t in self._examined(s, [effect])]
         best = min(trials, key=lambda t: (bool(t.objection), self._penalty(t.effect) - t.gain))
         if best.held_out is None:
-            best = replace(best, held_out=self._held_out(best))
+            best = replace(best, held_out=self.left_out.errors(best.stage, best.fit.problem, effect.name))
         self._accept(self._step(best, (effect.name,)))
         return best
 
@@ -182,18 +184,9 @@ class Search:
         trial = replace(trial, objection=objection(trial, len(self.candidates), self.options))
         if trial.objection or not contender:
             return trial if trial.objection else replace(trial, objection="less")
-        trial = replace(trial, held_out=self._held_out(trial))
+        held_out = self.left_out.errors(trial.stage, trial.fit.problem, trial.effect.name)
+        trial = replace(trial, held_out=held_out)
         return replace(trial, objection=objection(trial, len(self.candidates), self.options))
-
-    def _held_out(self, trial: Trial) -> HeldOut:
-        before = self._left_out(trial.stage, trial.stage.fit, "as it is")
-        after = self._left_out(trial.stage, trial.fit, f"with {trial.effect.name}")
-        return HeldOut(
-            left_out(self.data.judged, self.tests), names_left_out(self.data.judged, self.tests), before, after
-        )
-
-    def _left_out(self, stage: StageProblem, fit: LinearizedFit, label: str) -> Misfit:
-        return held_out_misfit(stage, fit, self.data.judged, self.tests, label, self.progress)
 
     def _confirmed(self, trial: Trial, trials: Sequence[Trial]) -> Step | None:
         """The step that accepts the effect; None if another sensor pays for it on the runs held out."""
@@ -217,7 +210,8 @@ class Search:
         held_out = trial.held_out
         assert held_out is not None
         if self.tests.runs:
-            before, after = (self.misfit(fit.model, drive, self.tests) for fit in (without, with_it))
+            models = self.whole(without.model), self.whole(with_it.model)
+            before, after = self.tests.between_jumps(*models, drive, SENSORS)
             held_out = replace(held_out, before=before, after=after)
         return Step(trial, alias_set, without, with_it, train, held_out)
 
