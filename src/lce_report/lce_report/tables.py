@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from lce_analysis.diagnosis.misfit import Misfit, share_removed
+from lce_analysis.diagnosis.misfit import NOISE, Misfit, share_removed
 from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import SENSORS, Channel
 from lce_model import Model
@@ -86,23 +86,18 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
 
 
 def addition_tables(
-    addition: Addition,
-    effect: Effect,
-    given: Comparison,
-    before: Comparison,
-    after: Comparison,
-    held_out: Collection[str] = (),
+    addition: Addition, effect: Effect, compared: Mapping[str, Comparison], held_out: Collection[str] = ()
 ) -> AdditionTables:
     """Lay out an added effect.
 
     Parameters
     ----------
     addition : what adding it did; effect : which one it is.
-    given, before, after : the model as given, refitted, and with the effect, beside the same runs.
+    compared : the model as given, refitted, and with the effect, beside the same runs, by what they are called.
     held_out : names of the runs that nothing was fitted to.
     """
     return AdditionTables(
-        errors=_errors_by_run(given, before, after, addition.effect, held_out),
+        errors=_errors_by_run(compared, held_out),
         strengths=_strengths({effect: (None, addition.strength_by_run)}),
         history=models_tried(addition.model),
     )
@@ -155,19 +150,18 @@ def _errors(found: Diagnosis) -> Table:
     return Table(f"RMS error, × noise{about}", head, rows)
 
 
-def _errors_by_run(
-    given: Comparison, before: Comparison, after: Comparison, effect: str, held_out: Collection[str]
-) -> Table:
+def _errors_by_run(compared: Mapping[str, Comparison], held_out: Collection[str]) -> Table:
     rows = []
-    for old, refitted, new in zip(given.runs, before.runs, after.runs, strict=True):
-        label = f"{old.run.name} (held out)" if old.run.name in held_out else old.run.name
-        for channel in refitted.channels:
-            columns = [side.channels[channel].metrics.over_noise for side in (old, refitted, new)]
-            above, left = (max(x**2 - 1.0, 0.0) for x in columns[1:])
+    for runs in zip(*(comparison.runs for comparison in compared.values()), strict=True):
+        name = runs[0].run.name
+        label = f"{name} (held out)" if name in held_out else name
+        for channel in runs[0].channels:
+            columns = [run.channels[channel].metrics.over_noise for run in runs]
+            above, left = (max(x**2 - NOISE, 0.0) for x in columns[-2:])
             went = _percent((above - left) / above) if above > 0.0 else NOTHING
             rows.append((label, channel.symbol, *(f"{x:.2f}" for x in columns), went))
     about = "RMS error, × noise (went: share of the refitted model's squared error above the noise)"
-    return Table(about, ("run", "sensor", "as given", "refitted", f"with {effect}", "went"), rows)
+    return Table(about, ("run", "sensor", *compared, "went"), rows)
 
 
 def _steps(steps: Sequence[Step]) -> Table:

@@ -23,10 +23,12 @@ from lce_report import (
     Axis,
     Bars,
     Curve,
+    Details,
     Fragment,
     Grid,
     Group,
     Heat,
+    Intervals,
     Lines,
     Loop,
     Samples,
@@ -39,8 +41,8 @@ from lce_report.figures.axes import title
 from lce_report.figures.before_after import overlays
 from lce_report.figures.errors import error_reductions
 from lce_report.html.arrays import BUCKETS, GAP, LEVELS, Arrays, distinct, visible
-from lce_report.pages.addition import models_tried
 from lce_report.pages.comparison import render_comparison
+from lce_report.tables import models_tried
 
 Floats = NDArray[np.float64]
 Record = Callable[..., Run]
@@ -144,6 +146,8 @@ def test_every_kind_of_block_is_on_the_page() -> None:
         Table("table", ("name", "value"), (("first", "1.5 K"), ("second", "–"))),
         Heat("heat", "°C", ("40", "50"), ("up", "down"), np.array([[0.25, np.nan], [-0.5, 0.0]]), diverging=True),
         Bars("bars", "χ²", ("creep", "drift"), (Group("g", "model", np.array([3.0, np.nan])),), mark=2.0),
+        Intervals("dots", "s", ("a", "b"), np.array([1.0, np.nan]), np.array([0.2, np.nan]), ("1.0 ± 0.2", "–"), 0.0),
+        Details("More", ("Behind a click.", Table("", ("p",), (("0.3",),)))),
         Grid(
             (
                 Lines("l", TIME, HEIGHT, x, (Curve("c", x, "before", low=x - 1, high=x + 1),)),
@@ -161,6 +165,8 @@ def test_every_kind_of_block_is_on_the_page() -> None:
     assert "nan" not in re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
     assert 'class="n minus" style="--tint:50%"' in text
     assert 'style="left:66.67%"' in text  # the mark at 2 of 3
+    assert text.count('<s style="left:') == 1 and "1.0 ± 0.2" in text  # a dot for what there is
+    assert re.search("<details><summary>More</summary><p>Behind a click.</p>", text)
     for word in ("A paragraph.", "The answer.", "at the foot", "χ²", ">One<", ">Two<"):
         assert word in text
 
@@ -169,6 +175,19 @@ def test_a_whole_bar_may_stand_for_more_than_the_largest_value() -> None:
     group = Group("g", "model", np.array([0.25, 2.0]))
     text = render("t", (), (Section("s", (Bars("b", "1", ("quarter", "more"), (group,), ".0%", full=1.0),)),))
     assert re.findall(r"width:([\d.]+)%", text.partition("<main>")[2]) == ["25.00", "100.00"]
+
+
+def test_an_interval_is_drawn_where_its_value_and_its_error_are() -> None:
+    found = Intervals("i", "1", ("a", "b"), np.array([1.0, 2.0]), np.array([0.5, np.inf]), ("", ""), 0.0, common=1.0)
+    text = render("t", (), (Section("s", (found,)),))
+    whole = 2.0 * 1.12  # from 0 to 2, and a margin at either end
+    places = [f"{100.0 * (x + 0.12) / whole:.2f}%" for x in (0.0, 1.0, 1.0, 2.0)]
+    seen = re.findall(r'<(?:i class="null"|i class="mark"|s) style="left:([\d.]+%)"', text)
+    assert seen == [places[0], places[1], places[2], places[0], places[1], places[3]]
+    assert re.findall(r'<u style="left:([\d.]+)%;width:([\d.]+)%"', text) == [
+        (f"{100.0 * 0.62 / whole:.2f}", f"{100.0 / whole:.2f}"),
+        ("0.00", "100.00"),
+    ]
 
 
 def test_hostile_names_stay_text() -> None:
@@ -225,7 +244,7 @@ def test_error_reductions_by_channel_condition_and_run(strip: Model, recorded: R
     runs = [recorded("one"), recorded("two", seed=1, extra=lambda t, k, d: 40e-6 * (np.gradient(k) < 0.0))]
     slow = strip.set({"lumped.tau": 1.1 * strip["lumped.tau"]})
     before, after = compare(slow, runs), compare(strip, runs)
-    grids = error_reductions(before, after, held_out=("two",))
+    grids = error_reductions({"as given": before, "refitted": after}, held_out=("two",))
     assert len(grids) == len(SENSORS)
     of = dict(zip(before.shares, (grid.figures for grid in grids), strict=True))
     for channel, noise in ((TEMPERATURE, 0.06), (DISPLACEMENT, 4.0)):
@@ -256,7 +275,7 @@ def test_a_third_sensor_gets_its_rows_and_figures(strip: Model, recorded: Record
     titles = [figure["title"] for figure in json.loads(_Page(text).text["figures"])]
     assert {"force\u00a0F", "hysteresis loop: F over T", "residual F over dT/dt"} <= set(titles)
     assert "Squared error of F by run and cycle" in text and "mean residual F [mN]" in text
-    assert len(error_reductions(found, found)) == len(overlays(found, found)[0].blocks) // 2 == 3
+    assert len(error_reductions({"as given": found})) == len(overlays({"as given": found})[0].blocks) // 2 == 3
 
 
 def test_the_models_tried_have_a_column_for_each_side_and_sensor(strip: Model) -> None:

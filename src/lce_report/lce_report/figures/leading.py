@@ -105,7 +105,7 @@ def picture_lines(effect: str, picture: Picture) -> Lines:
     """The residual, and what a refit with the effect would take from it."""
     axis = residual_axis(channel_named(picture.sensor))
     curves = (
-        Curve("measured − model without it", np.array(picture.residual, dtype=np.float64), "residual"),
+        Curve("measured − model without it", np.array(picture.residual, dtype=np.float64), "measured"),
         Curve(f"what the refit with {effect} changes", np.array(picture.change, dtype=np.float64), "after"),
     )
     title = f"{axis.name} of {picture.run}, and {effect}"

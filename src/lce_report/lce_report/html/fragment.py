@@ -149,13 +149,14 @@ def _intervals(found: Intervals) -> tuple[list[dict[str, str] | None], str, str]
     margin = 0.06 * (high - low or 1.0)
     low, high = low - margin, high + margin
 
+    def part(length: float) -> str:
+        return f"{min(max(length / (high - low), 0.0), 1.0) * 100:.2f}%"
+
     def place(value: float) -> str:
-        return f"{min(max((value - low) / (high - low), 0.0), 1.0) * 100:.2f}%"
+        return part(value - low)
 
     rows = [
-        {"dot": place(v), "begin": place(v - e), "width": place(low + min(2.0 * e, high - low))}
-        if np.isfinite(v)
-        else None
+        {"dot": place(v), "begin": place(v - e), "width": part(2.0 * e)} if np.isfinite(v) else None
         for v, e in zip(found.values.tolist(), found.errors.tolist(), strict=True)
     ]
     return rows, place(found.null), "" if found.common is None else place(found.common)
