@@ -6,22 +6,38 @@ from pathlib import Path
 
 import pytest
 
-from lce_app.workbench.records import DesignRecord, DiagnosisRecord, read_record
+from lce_app.workbench.records import DesignRecord, read_diagnosis, read_record
 from lce_data.errors import LceError
+from lce_report import Table
 
+TABLE = {"title": "RMS error, × noise", "head": ["runs", "sensor", "as given"], "rows": [["prbs", "T", "0.93"]]}
 CANDIDATE = {
     "effect": "creep",
-    "stage": "deformation",
+    "stage": "strain",
+    "meaning": "part of the contraction arrives late",
+    "standing": "missing",
+    "reason": "worth having",
     "evidence": 12.0,
     "p_value": 1e-9,
     "visibility": 0.4,
     "expected_strength": 0.1,
     "predicted_fall": 0.3,
+    "actual_fall": 0.9,
     "aliases": ["phase_kinetics"],
     "settings": {"creep.share": 0.1, "creep.tau_v": 8},
     "shown": True,
 }
-DIAGNOSIS = {"verdict": "missing", "sentences": ["creep is missing."], "added": ["creep"], "candidates": [CANDIDATE]}
+LEADING = {
+    "effect": "creep",
+    "meaning": "part of the contraction arrives late",
+    "outcome": "missing: worth having",
+    "picture": {"sensor": "displacement", "run": "pulse", "time_s": [0, 1], "residual": [0.5, None], "change": [0, 0]},
+    "strength": {"name": "creep.share", "unit": "1", "null": 0, "runs": ["pulse"], "by_run": [[0.1, 0.01]]},
+}
+OLD = {"verdict": "missing", "sentences": ["creep is missing."], "added": ["creep"], "candidates": []}
+"""As the version before wrote it."""
+TABLES = {"errors": TABLE, "steps": None, "strengths": None, "ranking": TABLE, "not_tried": "", "evidence": TABLE}
+DIAGNOSIS = {**OLD, "candidates": [CANDIDATE], "tables": TABLES, "leading": [LEADING]}
 DESIGN = {
     "between": ["creep", "phase_kinetics"],
     "protocol": "prbs",
@@ -39,8 +55,15 @@ def _file(folder: Path, content: object) -> Path:
 
 
 def test_a_diagnosis_reads(tmp_path: Path) -> None:
-    found = read_record(_file(tmp_path, DIAGNOSIS), DiagnosisRecord)
+    found = read_diagnosis(_file(tmp_path, DIAGNOSIS))
     assert found.verdict == "missing" and found.candidates[0].settings == {"creep.share": 0.1, "creep.tau_v": 8.0}
+    assert isinstance(found.tables.errors, Table) and found.tables.errors.rows[0][2] == "0.93"
+    assert found.leading[0].strength is not None and found.leading[0].strength.by_run == [(0.1, 0.01)]
+
+
+def test_a_diagnosis_of_an_earlier_version_is_to_be_made_again(tmp_path: Path) -> None:
+    with pytest.raises(LceError, match=r"record\.json: made by an earlier version: diagnose again$"):
+        read_diagnosis(_file(tmp_path, OLD))
 
 
 def test_a_design_of_the_version_before_reads(tmp_path: Path) -> None:
@@ -58,7 +81,7 @@ def test_a_design_of_the_version_before_reads(tmp_path: Path) -> None:
 def test_another_file_is_named_with_what_is_wrong(content: object, told: str, tmp_path: Path) -> None:
     file = _file(tmp_path, content)
     with pytest.raises(LceError) as caught:
-        read_record(file, DiagnosisRecord)
+        read_diagnosis(file)
     assert str(caught.value).startswith(f"{file}: ") and told in str(caught.value)
     assert str(caught.value).endswith("delete it, and begin that job again")
 

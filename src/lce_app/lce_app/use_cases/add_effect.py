@@ -77,7 +77,7 @@ def add_effect(
     drive = CompareOptions(drive=addition.model.fit["drive"])
     models = {"as given": addition.given, "refitted": addition.before, f"with {chosen.name}": addition.model}
     compared = {label: compare(model, every, drive) for label, model in models.items()}
-    tables = addition_tables(addition, chosen, *compared.values(), held_out)
+    tables = addition_tables(addition, chosen, compared, held_out)
     strength = strength_by_run(chosen, addition.strength_by_run)
     if report_file:
         write_atomically(report_file, render_addition(addition, tables, strength, compared, held_out))
