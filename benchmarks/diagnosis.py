@@ -7,12 +7,10 @@ import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
+sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation" / "hidden"))
 
-from strip import Body
-from suite import record, waves
+from campaign import Case, waves
 
 from lce_data.run import Run
 from lce_model import default_model, save_model
@@ -25,16 +23,16 @@ PROGRAM = (
 
 def measure() -> list[str]:
     """Ten runs of a strip that creeps, every effect of the library a candidate; the second call has its kernels."""
-    body = Body.random(np.random.default_rng(2))
-    top_w = 78.0 / body.gain
-    powers = waves(top_w)
+    strip = Case("equilibrium", ("creep",), "clear", seed=2)
+    body = strip.strip.body
+    powers = waves(body.top_w)
     chosen = [*powers, "stairs", "prbs"]
     with tempfile.TemporaryDirectory() as folder:
         model = Path(folder) / "m.yaml"
         save_model(default_model().set({"lumped.gain": body.gain, "lumped.tau": body.tau}), model)
         files, samples = [], 0
         for i, name in enumerate(chosen):
-            run = record(f"{name}-{i}", body, powers[name], {"creep": 0.08}, (i, 1), 20.0)
+            run = strip.record(f"{name}-{i}", powers[name])
             files.append(_csv(Path(folder) / f"{i}-{name}.csv", run))
             samples += powers[name].size
         took = []

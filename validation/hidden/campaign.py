@@ -23,8 +23,11 @@ from stages import Floats
 from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_data.run import Run, Series
 
-TRAIN = ("pulse-16", "pulse-28", "stairs", "holds", "cycles", "minor")
-TEST = ("prbs", "pulse-22")
+CAMPAIGNS = {
+    "full": (("pulse-16", "pulse-28", "stairs", "holds", "cycles", "minor"), ("prbs", "pulse-22")),
+    "short": (("pulse-16", "stairs", "cycles"), ("prbs",)),
+}
+"""Runs to train on and runs held out, by their names in :func:`waves`."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class Case:
     """One strip: its family, what it hides, how strongly ("weak", "clear"), and the seed of everything random.
 
     library : "whole", or "without" where the product's library lacks what is hidden.
+    campaign : of :data:`CAMPAIGNS`.
     """
 
     family: str
@@ -39,12 +43,14 @@ class Case:
     level: str
     seed: int
     library: str = "whole"
+    campaign: str = "full"
 
     @property
     def name(self) -> str:
         """Key of the results."""
-        left_out = "" if self.library == "whole" else f"/{self.library}"
-        return f"{self.family}/{'+'.join(self.hidden) or 'nothing'}/{self.level}{left_out}/{self.seed}"
+        words = [self.family, "+".join(self.hidden) or "nothing", self.level, str(self.seed)]
+        words += [word for word in (self.library, self.campaign) if word not in ("whole", "full")]
+        return "/".join(words)
 
     @cached_property
     def _key(self) -> tuple[int, ...]:
@@ -84,11 +90,11 @@ class Case:
         return {TEMPERATURE: camera, DISPLACEMENT: distance}
 
 
-def campaign(case: Case, train: tuple[str, ...] = TRAIN, test: tuple[str, ...] = TEST) -> tuple[list[Run], list[Run]]:
-    """The runs of a case, to train on and held out; by name of :func:`waves`."""
+def campaign(case: Case) -> tuple[list[Run], list[Run]]:
+    """The runs of a case, to train on and held out."""
     powers = waves(case.strip.body.top_w)
-    first, second = ([case.record(name, powers[name]) for name in names] for names in (train, test))
-    return first, second
+    train, test = CAMPAIGNS[case.campaign]
+    return [case.record(name, powers[name]) for name in train], [case.record(name, powers[name]) for name in test]
 
 
 def waves(top_w: float) -> dict[str, Floats]:

@@ -79,7 +79,7 @@ class Strip:
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of strip.
+    """A kind of strip, and the base model that is fitted to it.
 
     name : in cases and reports.
     core : draws a specimen.
@@ -107,6 +107,7 @@ FAMILIES = {
     family.name: family
     for family in (
         Family("equilibrium", Equilibrium.random, MIXED, "equilibrium", exact=True),
+        Family("equilibrium-by-dynamic", Equilibrium.random, MIXED, "dynamic", exact=False),
         Family(
             "chapter-5-continuous",
             lambda rng: Dynamic.random(rng, literal=False),

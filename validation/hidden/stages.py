@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stages that every truth shares: light, heat, what follows the stretch, and the sensors.
 
-Only the order, which follows from the temperature, and the law of the stretch are a family's own. Nothing of the product
-is used. What is hidden has forms of its own where physics allows: saturation as a hyperbola, bleaching as a population
-of dye, latent heat as an enthalpy, clamps as a fin of five nodes, creep of two retardation times, a camera of two poles.
+A family's own are the order, which follows from the temperature, and the law of the stretch. Nothing of the product is
+used. What is hidden has forms of its own where physics allows: saturation as a hyperbola, bleaching as a population of
+dye, latent heat as an enthalpy, clamps as a fin of five nodes, creep of two retardation times, a camera of two poles.
 
 Light, history and sensors work on whole series at 100 Hz. Heat and order act on each other, so a family runs them
 together with the steps of Runge-Kutta of fourth order at 1 ms (:func:`heat_step`).

@@ -1,264 +1,165 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make hidden`: does the diagnosis find what a strip hides, and does it keep quiet where nothing is hidden?
 
-Every case is a strip of :mod:`strip` with random parameters, a campaign of runs, a model fitted to them as `lce fit`
-does, and `lce_analysis.diagnosis` on the result. Finished cases are kept in --results (JSON lines), so that a suite
-that was stopped goes on where it was. The table of gates has 95 % confidence intervals (Wilson).
+    python validation/hidden/suite.py --minutes 30 --families relays --only radiation
 
-Visible is what leaves, after the base model was fitted, at least half the sensor's noise in one of the two residuals:
-judged from the noise that was put in, not from the diagnosis.
+A finished case is a line of --results, so a suite that was stopped goes on where it was; results of another version of
+the software are refused. Cases go to the cores of this machine, or to a Dask cluster whose workers have this repository
+at the same path; a task is a case, a few words and numbers, and the worker makes the runs itself.
 """
 
 import argparse
 import json
-import math
+import os
+import subprocess
 import sys
 import time
 import zlib
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import binomtest
+from joblib import Parallel, delayed, parallel_config
 from tqdm import tqdm
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from strip import HIDDEN, OUTSIDE, STRENGTH, Body, measure
+from campaign import CAMPAIGNS, Case
+from cases import cases
+from families import FAMILIES
+from report import report
 
-from lce_analysis.diagnosis import diagnose
-from lce_analysis.experiment_design import design
-from lce_analysis.identification import fit
-from lce_analysis.options import DesignOptions, FitOptions
-from lce_analysis.prediction import predict
-from lce_data.channels import SENSORS
-from lce_data.errors import LceError
-from lce_data.noise import noise_floor
-from lce_data.run import Run, Series
-from lce_model import Model, default_model
-
-Floats = NDArray[np.float64]
-PAIRS = (
-    ("creep", "ambient_drift"),
-    ("laser_droop", "displacement_drift"),
-    ("natural_convection", "phase_kinetics"),
-    ("camera_lag", "elastic_softening"),
-    ("radiation", "residual_strain"),
-)
-HELD_OUT = ("prbs", "pulse-22")
-VISIBLE = 0.5
+FOLDER = Path(__file__).resolve().parent
+Result = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Case:
-    """One strip: what it hides, how strongly ("weak", "clear"), and the seed of everything random."""
+def task(folder: str, words: tuple[Any, ...]) -> Result:
+    """Judge one case in a worker process, which may be on another machine."""
+    for path in (str(Path(folder).parent), folder):
+        if path not in sys.path:
+            sys.path.insert(0, path)
+    from campaign import Case
+    from judge import judge
 
-    hidden: tuple[str, ...]
-    level: str
-    seed: int
+    from lce_analysis.identification import problem
 
-    @property
-    def name(self) -> str:
-        """Key of the results."""
-        return f"{'+'.join(self.hidden) or 'nothing'}/{self.level}/{self.seed}"
-
-
-def cases(seeds: int) -> list[Case]:
-    """Null, every effect weak and clear, pairs, seed by seed, so that a part of the suite is a fair sample."""
-    found = []
-    for seed in range(seeds):
-        found += [Case((), "clear", 10 * seed + k) for k in range(4)]
-        found += [Case((name,), level, seed) for name in HIDDEN for level in ("clear", "weak")]
-        found += [Case(pair, "clear", seed) for pair in PAIRS]
-    return found
+    # As many cases run at once as there are cores, so the threads within a case would only fight.
+    problem._POOL = ThreadPoolExecutor(1)
+    return judge(Case(*words))
 
 
-def waves(top_w: float) -> dict[str, Floats]:
-    """The campaign: pulses of (4.20), a staircase, holds, repeated cycles, minor loops, PRBS; W at 100 Hz."""
+def version() -> str:
+    """The software that is judged: the last commit that touched it, and a checksum of what is not committed."""
+    paths = ["--", "src", "validation/hidden", "validation/independent_strip", ":!validation/hidden/peer.py"]
 
-    def pulse(heated: float) -> Floats:
-        t = np.arange(0.0, heated, 0.01)
-        return np.concatenate([0.3 * top_w * np.sin(math.pi / (2 * heated) * t) + 0.7 * top_w, np.zeros(6000)])
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], cwd=FOLDER.parents[1], capture_output=True, text=True, check=True).stdout
 
-    def levels(values: list[float], seconds: float) -> Floats:
-        return np.concatenate([np.full(round(100 * seconds), v * top_w) for v in values])
-
-    bits = np.random.default_rng(7).integers(0, 2, 24)
-    triangle = np.concatenate([np.linspace(0.3, 0.9, 1500), np.linspace(0.9, 0.3, 1500)]) * top_w
-    inner = np.concatenate([np.linspace(0.45, 0.7, 1000), np.linspace(0.7, 0.45, 1000)]) * top_w
-    return {
-        "pulse-16": pulse(16.0),
-        "pulse-22": pulse(22.0),
-        "pulse-28": pulse(28.0),
-        "stairs": levels([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0], 14.0),
-        "holds": levels([0.8, 0.0, 0.5, 0.0], 25.0),
-        "cycles": np.concatenate([np.tile(triangle, 3), np.zeros(3000)]),
-        "minor": np.concatenate([np.full(2500, 0.6 * top_w), np.tile(inner, 2), np.zeros(3000)]),
-        "prbs": np.concatenate([levels(list(0.35 + 0.6 * bits), 4.0), np.zeros(2000)]),
-    }
+    commit = git("log", "-1", "--format=%H", *paths).strip()
+    changed = git("diff", "HEAD", *paths)
+    name = git("describe", "--always", "--tags", commit).strip()
+    return f"{name}+{zlib.crc32(changed.encode()):08x}" if changed else name
 
 
-def record(name: str, body: Body, power: Floats, hidden: dict[str, float], seed: tuple[int, ...], slow_s: float) -> Run:
-    """One run of the strip, as `lce_analysis` reads it."""
-    rng = np.random.default_rng((*seed, zlib.crc32(name.encode())))
-    camera, distance = measure(body, power, hidden, rng, slow_s)
-    time_s = np.arange(power.size) / 100.0
-    series = Series(time_s, power), Series(time_s[::10], camera), Series(time_s, distance)
-    return Run.of(name, *series, sha256=name)
+def read(path: Path, now: str) -> list[Result]:
+    """The results in a file of this version; SystemExit if it is another's. A line that was cut off is left out."""
+    if not path.exists() or not path.read_text(encoding="utf-8"):
+        path.write_text(json.dumps({"version": now}) + "\n", encoding="utf-8")
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    if lines and not lines[-1].endswith("\n"):
+        lines.pop()
+        path.write_text("".join(lines), encoding="utf-8")
+    head = json.loads(lines[0]) if lines else {}
+    if head.get("version") != now:
+        raise SystemExit(
+            f"{path} is of version {head.get('version', 'unknown')}, the software is {now}: --fresh begins anew, "
+            "--results FILE writes elsewhere"
+        )
+    return [json.loads(line) for line in lines[1:]]
 
 
-def judge(case: Case) -> dict[str, Any]:
-    """Everything that the gates need to know of one case."""
-    key = (case.seed, zlib.crc32("+".join(case.hidden).encode()), len(case.level))
-    rng = np.random.default_rng(key)
-    body = Body.random(rng)
-    hidden = {n: STRENGTH[n][case.level == "clear"] * rng.uniform(0.8, 1.25) for n in case.hidden}
-    slow_s = float(np.exp(rng.uniform(math.log(10.0), math.log(40.0))))
-    top_w = 78.0 / body.gain
-    runs = [record(name, body, power, hidden, key, slow_s) for name, power in waves(top_w).items()]
-    train, test = [r for r in runs if r.name not in HELD_OUT], [r for r in runs if r.name in HELD_OUT]
-    began = time.perf_counter()
-    model = fit(default_model(), train, FitOptions(seed=case.seed)).model
-    fitted = time.perf_counter()
-    found = diagnose(model, train, test)
-    record_ = found.as_json()
-    seconds = time.perf_counter() - fitted
-    result = {
-        "case": case.name,
-        "hidden": list(case.hidden),
-        "level": case.level,
-        "misfit": _misfit(model, train),
-        "verdict": record_["verdict"],
-        "added": record_["added"],
-        "sets": [s["set"] for s in record_["steps"]],
-        "top": record_["candidates"][0]["effect"],
-        "held_out": _misfit(found.model, test),
-        "fingerprint": record_["fingerprint"],
-        "fit_s": round(fitted - began, 1),
-        "diagnose_s": round(seconds, 1),
-    }
-    if len(case.hidden) == 1 and len(result["sets"]) == 1 and len(result["sets"][0]) > 1:
-        result["resolved"] = _resolved(found.model, result["sets"][0], body, hidden, key, slow_s, top_w, model, train)
-    return result
+def until(end: float, todo: Sequence[Case]) -> Iterator[Case]:
+    """The cases that begin before a time."""
+    for case in todo:
+        if time.monotonic() >= end:
+            return
+        yield case
 
 
-def _misfit(model: Model, runs: list[Run]) -> float:
-    """What the worse sensor has beyond its noise, √(rms² - noise²), in units of it; negative where it has less."""
-    worst = 0.0
-    for channel in SENSORS:
-        total, noise, size = 0.0, 0.0, 0
-        for run in runs:
-            series = run.series[channel]
-            modelled = predict(model, run).at_samples[channel]
-            total += float(np.sum((modelled - series.value) ** 2))
-            noise += series.value.size * noise_floor(series) ** 2 / 0.83  # a fifth of it is slow, partly unseen
-            size += series.value.size
-        worst = max(worst, (total - noise) / noise)
-    return math.copysign(math.sqrt(abs(worst)), worst)
+def where(scheduler: str | None, jobs: int) -> AbstractContextManager[Any]:
+    """The cores of this machine, each worker with one thread; or the cluster."""
+    block = ExitStack()
+    if scheduler:
+        from distributed import Client
+
+        block.enter_context(Client(scheduler, timeout="10s"))
+        block.enter_context(parallel_config("dask", n_jobs=-1))
+    else:
+        block.enter_context(parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1))
+    return block
 
 
-def _resolved(
-    model: Model, alias: list[str], body: Body, hidden: dict[str, float], key: tuple[int, ...], slow_s: float,
-    top_w: float, base: Model, train: list[Run],
-) -> bool:  # fmt: skip
-    """Does the experiment that the tool asks for leave the hidden effect alone in its set?"""
-    try:
-        wanted = design(model, (alias[0], alias[1]), DesignOptions(top_w, 400.0, 150.0))
-    except LceError:
-        return False
-    run = record("designed", body, wanted.power_w, hidden, key, slow_s)
-    again = diagnose(base, [*train, run]).as_json()
-    (name,) = hidden
-    return bool(again["steps"]) and again["steps"][0]["added"] == name and again["steps"][0]["set"] == [name]
+def run(todo: Sequence[Case], minutes: float, scheduler: str | None, jobs: int) -> Iterator[Result]:
+    """Judge cases side by side; results come as they are ready."""
+    begun = until(time.monotonic() + 60.0 * minutes, todo)
+    with where(scheduler, jobs):
+        work = Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
+        yield from work(delayed(task)(str(FOLDER), _words(case)) for case in begun)
 
 
-def gates(results: list[dict[str, Any]]) -> Iterator[tuple[str, list[bool], float]]:
-    """Each gate: its name, whether each case passes, and the share that has to."""
-    single = [r for r in results if len(r["hidden"]) == 1 and r["hidden"][0] not in OUTSIDE]
-    seen = [r for r in single if r["misfit"] >= VISIBLE]
-    masked = [r for r in single if r["misfit"] < VISIBLE]
-
-    def of(members: list[dict[str, Any]], test: Callable[[dict[str, Any]], bool]) -> list[bool]:
-        return [test(r) for r in members]
-
-    yield "null data: nothing added", of([r for r in results if not r["hidden"]], lambda r: not r["added"]), 0.95
-    yield "visible effect: named first", of(seen, lambda r: r["added"][:1] == r["hidden"]), 0.90
-    yield "visible effect: in the reported set", of(seen, lambda r: any(r["hidden"][0] in s for s in r["sets"])), 0.95
-    right = [r for r in seen if r["added"][:1] == r["hidden"]]
-    yield "held-out error after adding within 1.3 × noise", of(right, lambda r: r["held_out"] <= math.sqrt(0.69)), 0.95
-    yield (
-        "masked effect: no wrong name",
-        of(masked, lambda r: not r["added"] or any(r["hidden"][0] in s for s in r["sets"])),
-        0.95,
-    )
-    outside = [r for r in results if r["hidden"] and r["hidden"][0] in OUTSIDE and r["misfit"] >= VISIBLE]
-    yield "outside the library: unexplained", of(outside, lambda r: r["verdict"] == "unexplained"), 0.80
-    pairs = [r for r in results if len(r["hidden"]) == 2]
-    yield "two effects: both found", of(pairs, lambda r: set(r["hidden"]) <= {x for s in r["sets"] for x in s}), 0.80
-    yield (
-        "alias set: resolved by the designed experiment",
-        of([r for r in single if "resolved" in r], lambda r: r["resolved"]),
-        0.80,
-    )
+def _words(case: Case) -> tuple[Any, ...]:
+    return case.family, case.hidden, case.level, case.seed, case.library, case.campaign
 
 
-def table(results: list[dict[str, Any]]) -> str:
-    """The gates, and the cases that missed one, as Markdown."""
-    lines = ["| gate | bar | passed | share | 95 % interval |", "|---|---|---|---|---|"]
-    for name, passed, bar in gates(results):
-        if not passed:
-            lines.append(f"| {name} | ≥ {bar:.0%} | no case | | |")
-            continue
-        interval = binomtest(sum(passed), len(passed)).proportion_ci(method="wilson")
-        share, (low, high) = sum(passed) / len(passed), interval
-        lines.append(f"| {name} | ≥ {bar:.0%} | {sum(passed)} of {len(passed)} | {share:.0%} | {low:.0%}–{high:.0%} |")
-    times = [r["diagnose_s"] for r in results]
-    lines += ["", f"{len(results)} cases, `diagnose` {np.median(times):.0f} s (median) to {max(times):.0f} s each."]
-    lines += ["", "| case | misfit / noise | verdict | sets | held out / noise |", "|---|---|---|---|---|"]
-    for r in sorted(results, key=lambda r: r["case"]):
-        sets = "; ".join(", ".join(s) for s in r["sets"])
-        lines.append(f"| {r['case']} | {r['misfit']:.2f} | {r['verdict']} | {sets} | {r['held_out']:.2f} |")
-    return "\n".join(lines)
-
-
-HEAD = """# Hidden effects
-
-Written by `make hidden HIDDEN="--seeds {seeds}"`: strips of `validation/hidden/strip.py`, which shares no code with the
-product, each with something hidden; the model that is diagnosed is `lumped` + `equilibrium`. The misfit is what the
-fitted model leaves beyond the sensor noise, as √(rms² - noise²)/noise of the worse sensor.
-"""
+def options() -> argparse.Namespace:
+    """What the command line says."""
+    parser = argparse.ArgumentParser(description="diagnosis on strips with hidden effects")
+    parser.add_argument("--seeds", type=int, default=1, help="strips of each kind of case")
+    parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
+    parser.add_argument("--only", default="", help="cases whose name holds this text")
+    parser.add_argument("--families", nargs="+", default=[], choices=list(FAMILIES), metavar="FAMILY")
+    parser.add_argument("--campaign", default="full", choices=list(CAMPAIGNS), help="runs of each strip")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once on this machine")
+    parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
+    parser.add_argument("--results", type=Path, default=Path("hidden-results.jsonl"))
+    parser.add_argument("--fresh", action="store_true", help="forget the results there are")
+    parser.add_argument("--out", type=Path, help="write the report, as docs/hidden.md")
+    return parser.parse_args()
 
 
 def main() -> int:
-    """Run what is not done yet, within the time given; print and write the table."""
-    parser = argparse.ArgumentParser(description="diagnosis on strips with hidden effects")
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
-    parser.add_argument("--only", default="", help="cases whose name holds this text")
-    parser.add_argument("--results", type=Path, default=Path("hidden-results.jsonl"))
-    parser.add_argument("--out", type=Path, help="write the table, as docs/hidden.md")
-    args = parser.parse_args()
-    done = [json.loads(line) for line in args.results.read_text().splitlines()] if args.results.exists() else []
+    """Run what is not done yet, within the time given; print and write the report."""
+    args = options()
+    now = version()
+    if args.fresh:
+        args.results.unlink(missing_ok=True)
+    done = read(args.results, now)
+    chosen = [c for c in cases(args.seeds, args.families, args.campaign) if args.only in c.name]
     known = {r["case"] for r in done}
-    chosen = [c for c in cases(args.seeds) if args.only in c.name]
-    end = time.monotonic() + 60.0 * args.minutes
-    with tqdm(total=len(chosen), unit="case", dynamic_ncols=True) as bar, args.results.open("a") as log:
-        for case in chosen:
-            if case.name not in known and time.monotonic() < end:
-                bar.set_description_str(case.name)
-                done.append(judge(case))
-                log.write(json.dumps(done[-1]) + "\n")
+    todo = [c for c in chosen if c.name not in known]
+    status = 0
+    with (
+        tqdm(total=len(chosen), initial=len(chosen) - len(todo), unit="case", dynamic_ncols=True) as bar,
+        args.results.open("a", encoding="utf-8") as log,
+    ):
+        try:
+            for result in run(todo, args.minutes, args.scheduler, args.jobs):
+                done.append(result)
+                log.write(json.dumps(result) + "\n")
                 log.flush()
-            bar.update()
+                bar.set_description_str(result["case"])
+                bar.update()
+        except KeyboardInterrupt:
+            status = 130
     names = {c.name for c in chosen}
-    text = f"{HEAD.format(seeds=args.seeds)}\n{table([r for r in done if r['case'] in names])}\n"
+    text = report([r for r in done if r["case"] in names], now)
     print(text)
-    if args.out:
+    if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")
-    return 0
+    return status
 
 
 if __name__ == "__main__":

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One case of the hidden suite: make the strip's runs, fit, diagnose, and note what the gates need.
+
+How large an error is, is told from the noise that was put in: RMS of measured minus modelled over RMS of measured minus
+what an ideal sensor would have shown. How visible a hidden effect is does not come from the diagnosis either:
+
+* with an exact base, what the fitted base leaves beyond the noise, √(rms²/noise² - 1), in the worse sensor;
+* with an imperfect base, which leaves something anyway, the change that the effect makes to the ideal readings under
+  the same power, less what the fitted base can follow of it by small changes of its free parameters (least squares on
+  its first-order response, both sensors weighted by their noise): its RMS over the noise, in the worse sensor.
+"""
+
+import math
+import time
+import traceback
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from campaign import Case, campaign
+from families import FAMILIES
+from stages import Floats
+
+from lce_analysis.diagnosis import diagnose
+from lce_analysis.experiment_design import design
+from lce_analysis.identification import fit
+from lce_analysis.options import DesignOptions, FitOptions
+from lce_analysis.prediction import predict
+from lce_data.channels import SENSORS, Channel
+from lce_data.errors import LceError
+from lce_data.run import Run
+from lce_model import Model, default_model
+from lce_model.effects import library
+
+Ideal = Mapping[str, Mapping[Channel, Floats]]
+"""What sensors without noise would have shown, by run."""
+STEP = 1e-4
+"""Of a parameter, in parts of itself, to differentiate the base's response."""
+
+
+def judge(case: Case) -> dict[str, Any]:
+    """Everything that the gates need to know of one case; with "failed", the message, if it raised."""
+    record = {
+        "case": case.name,
+        "family": case.family,
+        "hidden": list(case.hidden),
+        "level": case.level,
+        "library": case.library,
+    }
+    try:
+        return record | _judged(case)
+    except Exception as error:  # noqa: BLE001, whatever it is: the suite counts the case as a failure
+        return record | {"failed": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}
+
+
+def _judged(case: Case) -> dict[str, Any]:
+    family = FAMILIES[case.family]
+    train, test = campaign(case)
+    ideal = {run.name: case.ideal(run) for run in (*train, *test)}
+    began = time.perf_counter()
+    model = fit(default_model("lumped", family.base), train, FitOptions(seed=case.seed)).model
+    fitted = time.perf_counter()
+    effects = [e for e in library().values() if case.library == "whole" or e.name not in case.hidden]
+    found = diagnose(model, train, test, effects)
+    seconds = time.perf_counter() - fitted
+    record = found.as_json()
+    base = over_noise(model, train, ideal)
+    result = {
+        "misfit": max(math.copysign(math.sqrt(abs(x * x - 1.0)), x - 1.0) for x in base.values()),
+        "verdict": record["verdict"],
+        "added": record["added"],
+        "sets": [step["set"] for step in record["steps"]],
+        "before": over_noise(model, test, ideal),
+        "after": over_noise(found.model, test, ideal),
+        "fingerprint": record["fingerprint"],
+        "fit_s": round(fitted - began, 1),
+        "diagnose_s": round(seconds, 1),
+    }
+    result["visible"] = result["misfit"] if family.exact else unabsorbed(case, model, train, ideal)
+    if family.exact and len(case.hidden) == 1 and len(result["sets"]) == 1 and len(result["sets"][0]) > 1:
+        result["resolved"] = _resolved(case, found.model, result["sets"][0], model, train)
+    return result
+
+
+def over_noise(model: Model, runs: list[Run], ideal: Ideal) -> dict[str, float]:
+    """RMS error over RMS noise of each sensor, over all the runs."""
+    found = {}
+    for channel in SENSORS:
+        error, noise = [], []
+        for run in runs:
+            error.append(run.series[channel].value - predict(model, run).at_samples[channel])
+            noise.append(run.series[channel].value - ideal[run.name][channel])
+        found[channel.name] = _rms(np.concatenate(error)) / _rms(np.concatenate(noise))
+    return found
+
+
+def unabsorbed(case: Case, model: Model, runs: list[Run], ideal: Ideal) -> float:
+    """RMS over the noise, in the worse sensor, of what the hidden effects change and the model cannot follow."""
+    if not case.hidden:
+        return 0.0
+    noise = {c: _rms(np.concatenate([r.series[c].value - ideal[r.name][c] for r in runs])) for c in SENSORS}
+
+    def stacked(of_run: Mapping[str, Mapping[Channel, Floats]]) -> Floats:
+        return np.concatenate([of_run[r.name][c] / noise[c] for c in SENSORS for r in runs])
+
+    def response(changed: Model) -> Floats:
+        return stacked({r.name: predict(changed, r).at_samples for r in runs})
+
+    change = stacked(ideal) - stacked({r.name: case.ideal(r, hidden=False) for r in runs})
+    here, columns = response(model), []
+    for value in (v for v in model.values if not v.fixed):
+        step = STEP * max(abs(value.value), 1e-3 * (value.upper - value.lower))
+        step = step if value.value + step <= value.upper else -step
+        columns.append((response(model.set({value.key: value.value + step})) - here) / step)
+    columns = [column / _rms(column) for column in columns if _rms(column) > 0.0]
+    left = change - np.column_stack(columns) @ np.linalg.lstsq(np.column_stack(columns), change, rcond=1e-10)[0]
+    split = sum(r.series[SENSORS[0]].value.size for r in runs)
+    return max(_rms(left[:split]), _rms(left[split:]))
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _resolved(case: Case, model: Model, alias: list[str], base: Model, train: list[Run]) -> bool:
+    """Does the experiment that the tool asks for leave the hidden effect alone in its set?"""
+    try:
+        wanted = design(model, (alias[0], alias[1]), DesignOptions(case.strip.body.top_w, 400.0, 150.0))
+    except LceError:
+        return False
+    again = diagnose(base, [*train, case.record("designed", wanted.power_w)]).as_json()
+    return bool(again["steps"]) and again["steps"][0]["set"] == list(case.hidden)

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the hidden suite found, family by family, as Markdown, with the bars of the project beside it.
+
+HEAD explains what is counted. Beside the gates stand the two numbers of Prieto et al. (2021): of the cases that hide
+something, how many get no name at all, and of the names given, how many are right.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from cases import kind
+from families import FAMILIES, Family
+from scipy.stats import binomtest, chi2
+
+Result = dict[str, Any]
+VISIBLE = 0.5
+HELD_OUT = 1.3
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A line of the table: what is counted, the bar with an exact and with an imperfect base (None: only told)."""
+
+    name: str
+    passed: list[bool]
+    bars: tuple[float | None, float | None]
+
+
+def of_kind(results: Sequence[Result], *kinds: str) -> list[Result]:
+    """The cases of some kinds."""
+    return [r for r in results if kind(r["hidden"], r["library"]) in kinds]
+
+
+def false_additions(result: Result) -> int:
+    """Effects that were added and should not have been; a case that failed counts for one."""
+    if "failed" in result:
+        return 1
+    real = {*result["hidden"], *FAMILIES[result["family"]].own}
+    return sum(not real & {name, *alias} for name, alias in zip(result["added"], result["sets"], strict=True))
+
+
+def found(result: Result) -> set[str]:
+    """All effects that the answer names, with their aliases."""
+    return {name for alias in result.get("sets", ()) for name in alias}
+
+
+def gates(results: Sequence[Result], family: Family) -> Iterator[Gate]:
+    """The gates that count cases."""
+
+    def gate(
+        name: str, members: list[Result], test: Callable[[Result], bool], *bars: float | None
+    ) -> Gate:  # fmt: skip
+        exact, imperfect = bars
+        return Gate(name, ["failed" not in r and test(r) for r in members], (exact, imperfect))
+
+    one = of_kind(results, "one")
+    seen = [r for r in one if r.get("visible", math.inf) >= VISIBLE]
+    masked = [r for r in one if r.get("visible", math.inf) < VISIBLE]
+    right = [r for r in seen if r.get("added", [])[:1] == r["hidden"]]
+    outside, left_out = of_kind(results, "outside"), of_kind(results, "left out")
+    yield gate("visible effect: named first", seen, lambda r: r["added"][:1] == r["hidden"], 0.95, 0.90)
+    yield gate("visible effect: in a set", seen, lambda r: r["hidden"][0] in found(r), 0.95, 0.95)
+    yield gate(f"named first: held-out error ≤ {HELD_OUT} × noise", right, _at_noise, 0.95, None)
+    yield gate("masked effect: no wrong name", masked, lambda r: not false_additions(r), 0.95, 0.95)
+    if not family.own:
+        nothing = of_kind(results, "nothing")
+        yield gate("nothing hidden: nothing added", nothing, lambda r: not r["added"], 1.0, 1.0)
+        yield gate("nothing hidden: adequate", nothing, lambda r: r["verdict"] == "adequate", 0.95, None)
+    yield gate("outside the library: no wrong name", outside, lambda r: not false_additions(r), 0.90, 0.90)
+    yield gate("effect left out: no wrong name", left_out, lambda r: not false_additions(r), 0.90, 0.90)
+    yield gate("two effects: both found", of_kind(results, "two"), lambda r: set(r["hidden"]) <= found(r), 0.80, 0.80)
+    yield gate("aliases: resolved by the designed run", [r for r in one if "resolved" in r], _resolved, 0.80, 0.80)
+
+
+def _at_noise(result: Result) -> bool:
+    return max(result["after"].values()) <= HELD_OUT
+
+
+def _resolved(result: Result) -> bool:
+    return bool(result["resolved"])
+
+
+def family_table(results: Sequence[Result], family: Family) -> list[str]:
+    """The lines of one family."""
+    base = f"`lumped` + `{family.base}`, {'exact' if family.exact else 'imperfect'}"
+    lines = [f"## {family.name}: {base}", "", "| | bar | found | share | 95 % interval |", "|---|---|---|---|---|"]
+    for gate in gates(results, family):
+        bar = gate.bars[0 if family.exact else 1]
+        wanted = "" if bar is None else f"≥ {bar:.0%}"
+        lines.append(f"| {gate.name} | {wanted} | {_share(gate.passed)} |")
+    lines.append(_false_line(of_kind(results, "nothing", "one", "two"), 0.05 if family.exact else 0.15))
+    return [*lines, *_names_lines(results), "", *_numbers(results)]
+
+
+def _share(passed: list[bool]) -> str:
+    if not passed:
+        return "no case | |"
+    count, size = sum(passed), len(passed)
+    interval = binomtest(count, size).proportion_ci(method="wilson")
+    return f"{count} of {size} | {count / size:.0%} | {interval.low:.0%}–{interval.high:.0%}"
+
+
+def _false_line(members: list[Result], bar: float) -> str:
+    """False additions per case, with the interval of a Poisson count."""
+    name = f"| false additions a case (nothing, one or two hidden) | ≤ {bar} |"
+    if not members:
+        return f"{name} no case | | |"
+    count, size = sum(false_additions(r) for r in members), len(members)
+    low = chi2.ppf(0.025, 2 * count) / 2.0 if count else 0.0
+    high = chi2.ppf(0.975, 2 * count + 2) / 2.0
+    return f"{name} {count} in {size} | {count / size:.2f} | {low / size:.2f}–{high / size:.2f} |"
+
+
+def _names_lines(results: Sequence[Result]) -> list[str]:
+    """Precision where a name is given, and abstentions, over all cases that hide something that shows."""
+    members = [
+        r for r in results if r["hidden"] and "failed" not in r and r.get("visible", 0.0) >= VISIBLE
+    ]  # fmt: skip
+    names = [
+        wrong == 0
+        for r in members
+        for wrong in [1] * false_additions(r) + [0] * (len(r["added"]) - false_additions(r))
+    ]  # fmt: skip
+    silent = [not r["added"] for r in members]
+    return [
+        f"| something visible hidden: names that are right | | {_share(names)} |",
+        f"| something visible hidden: no name given | | {_share(silent)} |",
+    ]
+
+
+def _numbers(results: Sequence[Result]) -> list[str]:
+    """Held-out error of what was found, and times, in sentences."""
+    done = [r for r in results if "failed" not in r]
+    sentences = [f"{len(results)} cases, {len(results) - len(done)} failed."]
+    right = [r for r in of_kind(done, "one") if r["visible"] >= VISIBLE and r["added"][:1] == r["hidden"]]
+    for words, key in (("before", "before"), ("after", "after")):
+        if errors := [max(r[key].values()) for r in right]:
+            sentences.append(
+                f"Held-out error {words}, worse sensor, where the name was right: {np.median(errors):.2f} × noise "
+                f"(median), {max(errors):.2f} (most)."
+            )
+    for words, key in (("fit", "fit_s"), ("diagnose", "diagnose_s")):
+        if times := [r[key] for r in done]:
+            sentences.append(f"`{words}` took {np.median(times):.0f} s (median), {max(times):.0f} s (most).")
+    return [" ".join(sentences), ""]
+
+
+def cases_table(results: Sequence[Result]) -> list[str]:
+    """Every case in a line."""
+    lines = ["| case | visible | verdict | sets | held out, before → after |", "|---|---|---|---|---|"]
+    for r in sorted(results, key=lambda r: r["case"]):
+        if "failed" in r:
+            lines.append(f"| {r['case']} | | failed | {r['failed'].splitlines()[0].replace('|', '/')} | |")
+            continue
+        sets = "; ".join(", ".join(alias) for alias in r["sets"])
+        change = f"{max(r['before'].values()):.2f} → {max(r['after'].values()):.2f}"
+        lines.append(f"| {r['case']} | {r['visible']:.2f} | {r['verdict']} | {sets} | {change} |")
+    return lines
+
+
+def report(results: Sequence[Result], version: str) -> str:
+    """The whole document."""
+    lines = ["# Hidden effects", "", HEAD.format(version=version), ""]
+    for family in FAMILIES.values():
+        if members := [r for r in results if r["family"] == family.name]:
+            lines += family_table(members, family)
+    return "\n".join([*lines, "## Cases", "", *cases_table(results), ""])
+
+
+HEAD = """Written by `make hidden`, version {version}. Strips of `validation/hidden`, which share no code with the
+product, hide an effect. The product fits a base model to six runs, and `lce diagnose` says what is missing. An exact
+base holds the equations of the strip, an imperfect one does not.
+
+An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow;
+`validation/hidden/judge.py` says how that is told without the diagnosis. A false addition is an effect that was added,
+is neither hidden nor part of the family's own physics, and in whose set of aliases nothing hidden is. "Outside the
+library" hides what the product has no effect for. "Effect left out" hides what it has, but that one is not among the
+candidates. Intervals are Wilson's; that of the false additions is a Poisson count's. Errors are in units of the noise
+that was put in."""
