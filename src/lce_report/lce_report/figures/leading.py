@@ -89,7 +89,7 @@ def strength_by_run(
 
 def candidate_blocks(candidate: LeadingCandidate) -> tuple[Block, ...]:
     """A paragraph, and the picture beside the strengths."""
-    about = f"{candidate.effect}, {candidate.outcome}. What it does: {candidate.meaning}."
+    about = f"{candidate.effect} ({candidate.outcome}): {candidate.meaning}."
     return about, candidate_grid(candidate)
 
 
@@ -109,7 +109,7 @@ def picture_lines(effect: str, picture: Picture) -> Lines:
         Curve(f"what the refit with {effect} changes", np.array(picture.change, dtype=np.float64), "after"),
     )
     title = f"{axis.name} of {picture.run}, and {effect}"
-    return Lines(title, TIME, axis, np.array(picture.time_s), curves, linked=f"{effect} {picture.run}", height=190)
+    return Lines(title, TIME, axis, np.array(picture.time_s), curves, linked=picture.run, height=190)
 
 
 def strength_intervals(found: StrengthByRun) -> Intervals:
