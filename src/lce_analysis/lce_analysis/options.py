@@ -183,6 +183,8 @@ class DiagnoseOptions:
     worth_noise: float = 0.05
     worse: float = 0.02
     agreement: float = 2.0
+    near: float = 1.5
+    most: float = 0.7
     bent: float = 0.05
     explained: float = 1.2
     alias_correlation: float = 0.95

@@ -17,6 +17,7 @@ Standing = Literal["missing", "trace", "rejected", "not tried"]
 REASON: Final[Mapping[Objection, str]] = {
     "": "nothing speaks against it, but another effect explains more",
     "less": "others explain more",
+    "part": "it removes a part of the error, and leaves more than it explains",
     "null": "refitted, its strength stays at zero or the error does not fall",
     "chance": "the error falls no more than chance would let it",
     "masked": "the free parameters of the model can do the same",
@@ -24,7 +25,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "small": "it removes too little of the error on data left out",
     "varies": "every run wants another strength of it",
 }
-TRACES: Final = frozenset[Objection]({"small"})
+TRACES: Final = frozenset[Objection]({"small", "part"})
 
 
 @dataclass(frozen=True)

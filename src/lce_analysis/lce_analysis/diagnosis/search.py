@@ -12,7 +12,7 @@ from functools import partial
 
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.linearized_fit import refit, samples
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
 from lce_analysis.diagnosis.strength import strengths
@@ -118,14 +118,30 @@ class Search:
         return refit_stages(model, self.data, left, self.options, self.progress)
 
     def _forward(self, heat: bool) -> None:
+        """Search one part of the model; what was found stays if it explains most of what was to be explained."""
+        began = len(self.steps)
         while len(self.steps) < self.options.max_effects:
             stages = self._stages(heat)
             trials = [trial for stage in stages for trial in self._examined(stage, stage.candidates)]
             trials.sort(key=lambda t: self._penalty(t.effect) - t.gain)
             step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
             if step is None:
-                return
+                break
             self._accept(step)
+        found = self.steps[began:]
+        if found and not self._explained(found):
+            self.present = found[0].without
+            self.steps = self.steps[:began]
+            self.tried |= {s.added: replace(s.trial, objection="part") for s in found}
+
+    def _explained(self, found: Sequence[Step]) -> bool:
+        """Do the effects of one part bring a sensor near its noise, or take most of its error away?"""
+        before, after = found[0].trial.held_out, found[-1].trial.held_out
+        assert before is not None and after is not None
+        channels = [c for c in before.before.total if c in after.after.total]
+        near = [after.after.mean_square(c) <= self.options.near**2 for c in channels]
+        shares = [share_removed(before.before, after.after, c) for c in channels]
+        return all(close or share >= self.options.most for close, share in zip(near, shares, strict=True))
 
     def _backward(self) -> None:
         """Take out what later additions have made superfluous."""
