@@ -158,7 +158,7 @@ def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
     expect(page.get_by_label("the answer")).to_contain_text("creep is missing")
     page.get_by_role("button", name="creep", exact=False).first.click()
     expect(page.get_by_text("tau_v dd_c/dt = d - d_c")).to_be_visible()
-    drawn(page, "residual d of pulse, and creep")
+    drawn(page, ", and creep")
     picture(page, "3-diagnose")
     assert page.context.browser is not None
     other = page.context.browser.new_page()

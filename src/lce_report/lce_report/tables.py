@@ -30,6 +30,7 @@ NAMES: Final = 24
 """Letters that the names of runs may take in a label; more runs are counted."""
 NOTHING: Final = "–"
 SIDES: Final = ("train", "test")
+WITHOUT_WITH: Final = "without → with: on data left out, away from jumps of the model, × noise"
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ def _steps(steps: Sequence[Step]) -> Table:
         )
         for step in steps
     ]
-    about = "predicted, went: share of the squared error above the noise; without → with: on data left out, × noise"
+    about = f"predicted, went: share of the squared error above the noise; {WITHOUT_WITH}"
     return Table(f"What was added ({about})", head, rows)
 
 
@@ -228,8 +229,7 @@ def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
         )
     changes = (f"{s.symbol} without → with" for s in sensors)
     head = ("effect", MEANING, "strength", "predicted", "went", *changes, "outcome")
-    about = "without → with: on data left out, × noise"
-    return Table(f"The candidates that were tried, sorted by what decides ({about})", head, rows)
+    return Table(f"The candidates that were tried, sorted by what decides ({WITHOUT_WITH})", head, rows)
 
 
 def _held_out(c: Candidate, accepted: Mapping[str, Step]) -> HeldOut | None:
