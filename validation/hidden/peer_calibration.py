@@ -6,6 +6,8 @@
   that is best to first order. Starts are ranked by the error that is left once the predecessor's parameters have made
   up for them to first order, the best twelve of them by the error that is then really left. Three are refined, of
   different values of the grid if there are any. A candidate is never worse than its predecessor, which it contains.
+* Samples around a jump of the base model are left out for all models, as in the diagnosis: otherwise which side of the
+  jump a sample is on, a hundredth of a second, outweighs all else and least squares stops there.
 * Noise ``iid``: white and Gaussian, one standard deviation per sensor, estimated with each model.
 * Noise ``autoregressive``: the whitening of the product, one filter per sensor for all models. It is estimated from
   what is left of the base's residual when every effect at every start, and the base's own parameters, are fitted to it
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 from scipy.signal import correlate
 
+from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.least_squares import levenberg_marquardt
 from lce_analysis.identification.problem import Problem, observed_series, start_conditions
 from lce_analysis.prediction import simulation_input
@@ -120,6 +123,17 @@ def refined(
             break
     # Not of problem.at(variables).first(), which keeps clear of the bounds.
     return Calibrated(problem.at(variables), log_likelihood(problem, variables))
+
+
+def calibrated_base(model: Model, runs: Sequence[Run], effects: Sequence[Effect], noise: Noise) -> Calibrated:
+    """The base model, in the noise in which it and all that is made of it are judged."""
+    problem = problem_of(model, runs)
+    base = refined(problem, problem.first(), "iid", LAST_STEPS)
+    problem = without_discontinuities(base.problem)
+    base = refined(problem, problem.first(), "iid", LAST_STEPS)
+    if noise == "autoregressive":
+        base = whitened(base, effects)
+    return polished(base, noise)
 
 
 def polished(found: Calibrated, noise: Noise) -> Calibrated:
@@ -232,7 +246,8 @@ def _in_noise_of(problem: Problem, residual: Floats) -> Problem:
     parts = np.split(residual, np.cumsum([s.size for s in problem.observed])[:-1])
     by_channel: dict[Channel, list[Floats]] = {}
     for series, part in zip(problem.observed, parts, strict=True):
-        by_channel.setdefault(series.channel, []).append(part / series.weight)
+        kept = part if series.keep is None else part[series.keep > 0.0]
+        by_channel.setdefault(series.channel, []).append(kept / series.weight)
     noise = {channel: autoregressive(members) for channel, members in by_channel.items()}
     observed = (replace(s, weight=1.0 / noise[s.channel][1], whitening=noise[s.channel][0]) for s in problem.observed)
     return replace(problem, observed=tuple(observed))

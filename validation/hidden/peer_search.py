@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 import petab_select
-from peer_calibration import LAST_STEPS, Calibrated, Floats, Noise, calibrate, polished, problem_of, refined, whitened
+from peer_calibration import Calibrated, Floats, Noise, calibrate, calibrated_base, polished
 from petab_select.constants import CANDIDATE_SPACE, ESTIMATE, TERMINATE, UNCALIBRATED_MODELS, Criterion
 
 from lce_analysis.identification.problem import Problem
@@ -189,11 +189,8 @@ def judge(
     """
     began = time.monotonic()
     chosen = [e for e in (library().values() if effects is None else effects) if e.reference not in base_model.effects]
-    start = problem_of(base_model, train)
-    base = refined(start, start.first(), "iid", LAST_STEPS)
-    if noise == "autoregressive":
-        base = whitened(base, chosen)
-    search = Search(polished(base, noise), chosen, noise, (limit_models, limit_s - (time.monotonic() - began)), tell)
+    base = calibrated_base(base_model, train, chosen, noise)
+    search = Search(base, chosen, noise, (limit_models, limit_s - (time.monotonic() - began)), tell)
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         # petab reads its tables as pandas 2 wanted; petab-select meets models again at the end of every search.
         warnings.filterwarnings("ignore", module="petab")
