@@ -75,6 +75,7 @@ def test_the_rows_count_what_they_say() -> None:
     case = {
         "noise": "iid",
         "hidden": ["creep"],
+        "own": ["radiation"],
         "misfit": 2.0,
         "added": ["creep", "backlash"],
         "finished": True,
@@ -82,9 +83,9 @@ def test_the_rows_count_what_they_say() -> None:
     }
     results = [
         case,
-        case | {"added": ["backlash"], "seconds": 100.0, "finished": False},
+        case | {"added": ["backlash", "radiation"], "seconds": 100.0, "finished": False},
         case | {"misfit": 0.1, "added": [], "seconds": 110.0},
-        case | {"hidden": [], "misfit": 0.0, "added": [], "seconds": 120.0},
+        case | {"hidden": [], "own": [], "misfit": 0.0, "added": [], "seconds": 120.0},
     ]
     (row,) = peer.peer_rows(results)
     assert [cell.strip() for cell in row.split("|")[2:-1]] == [

@@ -22,9 +22,12 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from tqdm import tqdm
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 from campaign import Case, campaign
 from families import FAMILIES
-from tqdm import tqdm
 
 from lce_analysis.identification import fit
 from lce_analysis.options import FitOptions
@@ -51,8 +54,8 @@ def peer_rows(results: Sequence[Mapping[str, Any]]) -> list[str]:
         if not mine:
             continue
         seen = [r["added"][:1] == r["hidden"] for r in mine if len(r["hidden"]) == 1 and r["misfit"] >= VISIBLE]
-        quiet = [not r["added"] for r in mine if not r["hidden"]]
-        false = sum(len(set(r["added"]) - set(r["hidden"])) for r in mine) / len(mine)
+        quiet = [not r["added"] for r in mine if not r["hidden"] and not r["own"]]
+        false = sum(len({*r["added"]} - {*r["hidden"], *r["own"]}) for r in mine) / len(mine)
         unfinished = sum(not r["finished"] for r in mine)
         seconds = f"{np.median([r['seconds'] for r in mine]):.0f} s" + f", {unfinished} cut short" * bool(unfinished)
         shares = [f"{sum(passed)} of {len(passed)}" if passed else "no case" for passed in (seen, quiet)]
@@ -127,7 +130,8 @@ def main() -> int:
             bar.set_description_str(f"{case.name}: fit")
             train, test = campaign(case)
             base = fit(default_model("lumped", FAMILIES[case.family].base), train, FitOptions(seed=case.seed)).model
-            about = {"case": case.name, "hidden": list(case.hidden), "misfit": round(misfit(base, case, train), 3)}
+            own, lacks = FAMILIES[case.family].own, round(misfit(base, case, train), 3)
+            about = {"case": case.name, "hidden": list(case.hidden), "own": list(own), "misfit": lacks}
             for noise in left:
                 found = judge(
                     train, test, base, noise, limit_s=60.0 * args.case_minutes,
