@@ -28,7 +28,7 @@ format: setup  ## ruff's formatter and its safe fixes
 tables: setup  ## the dissertation's tables beside ours
 	@$(RUN) python validation/tables.py
 
-hidden: setup  ## the diagnosis on strips that hide an effect (hours, goes on where it was; HIDDEN="--minutes 30 --families relays")
+hidden: setup  ## the diagnosis on strips that hide an effect (hours; HIDDEN="--minutes 30")
 	@$(RUN) python validation/hidden/suite.py --out docs/hidden.md $(HIDDEN)
 
 comparison: setup  ## the deformation models beside each other, on seen and unseen runs
