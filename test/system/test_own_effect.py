@@ -60,7 +60,7 @@ def test_the_page_from_the_strip_that_has_the_effect_to_the_model_that_knows_it(
     shell(RUN, folder)
     diagnosed, added, fitted = shell(USE, folder)
     assert diagnosed.startswith("glare is missing")
-    assert re.search(r"^With glare the squared error falls by \d+", added)
+    assert re.search(r"^With glare [\d.]+% of the squared error above the noise goes", added)
     assert "glare.b" in fitted
     for name in ("m2.yaml", "m3.yaml"):
         assert yaml.safe_load((folder / name).read_text())["effects"] == ["glare.py"]

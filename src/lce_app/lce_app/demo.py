@@ -57,7 +57,8 @@ def main() -> int:
         add: list[object] = ["add", effect, *runs, *test, "--model", model, "--out", better, "--report", reports[2]]
         if status := _run([add]):
             return status
-    print(f"\nDone in {time.monotonic() - begin:.0f} s. Hidden: {HIDDEN[0]}; found: {', '.join(found)}. Pictures:")
+    named = ", ".join(found) or "nothing"
+    print(f"\nDone in {time.monotonic() - begin:.0f} s. Hidden: {HIDDEN[0]}; found: {named}. Pictures:")
     print("".join(f"  {report}\n" for report in reports if report.exists()), end="")
     return 0
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
     from lce_analysis.diagnosis import Addition, Diagnosis
     from lce_analysis.diagnosis.held_out import HeldOut
-    from lce_analysis.diagnosis.ranking import Candidate
+    from lce_analysis.diagnosis.ranking import Candidate, Standing
     from lce_analysis.diagnosis.search import Step
 
 LEADING: Final = 4
@@ -30,7 +30,7 @@ NAMES: Final = 24
 """Letters that the names of runs may take in a label; more runs are counted."""
 NOTHING: Final = "–"
 SIDES: Final = ("train", "test")
-WITHOUT_WITH: Final = "without → with: on data left out, away from jumps of the model, × noise"
+WITHOUT_WITH: Final = "without → with: on data left out, away from jumps, × noise"
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,11 @@ def leading(found: Diagnosis) -> tuple[Candidate, ...]:
     return tuple(tried[: max(LEADING, len(found.steps))])
 
 
+def outcome(standing: Standing, reason: str) -> str:
+    """What became of a candidate, in words: "trace: it removes too little …"."""
+    return f"{standing}: {reason}" if standing in ("missing", "trace") else reason
+
+
 def estimate(value: float, standard_error: float, unit: str = "1") -> str:
     """A value with its standard error and unit, two digits of the error: "0.1201 ± 0.0012 W"."""
     after = "" if unit == "1" else f" {unit}"
@@ -179,7 +184,7 @@ def _steps(steps: Sequence[Step]) -> Table:
         )
         for step in steps
     ]
-    about = f"predicted, went: share of the squared error above the noise; {WITHOUT_WITH}"
+    about = f"shares of the squared error above the noise; {WITHOUT_WITH}"
     return Table(f"What was added ({about})", head, rows)
 
 
@@ -224,7 +229,7 @@ def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
                 _percent(c.predicted_reduction),
                 NOTHING if actual is None else _percent(actual),
                 *(NOTHING if of is None else _without_with(of, s) for s in sensors),
-                f"{c.standing}: {c.reason}",
+                outcome(c.standing, c.reason),
             )
         )
     changes = (f"{s.symbol} without → with" for s in sensors)

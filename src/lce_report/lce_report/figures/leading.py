@@ -15,7 +15,7 @@ from lce_data.channels import channel_named
 from lce_model.effects import Effect
 from lce_report.blocks import Block, Curve, Figure, Grid, Intervals, Lines
 from lce_report.figures.axes import TIME, residual_axis
-from lce_report.tables import NOTHING, estimate, leading
+from lce_report.tables import NOTHING, estimate, leading, outcome
 
 if TYPE_CHECKING:
     from lce_analysis.diagnosis import Diagnosis
@@ -138,7 +138,7 @@ def _leading(c: Candidate, trial: Trial, runs: Sequence[str]) -> LeadingCandidat
     return LeadingCandidate(
         effect=c.effect.name,
         meaning=c.effect.meaning.removesuffix("."),
-        outcome=f"{c.standing}: {c.reason}",
+        outcome=outcome(c.standing, c.reason),
         picture=_picture(trial, runs),
         strength=strength,
     )

@@ -18,6 +18,7 @@ from lce_app.workbench.records import CandidateRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_model.effects import library
 from lce_report.figures.leading import LeadingCandidate
+from lce_report.tables import outcome
 
 VERDICTS: Final = {
     "adequate": "Adequate: nothing is missing",
@@ -95,7 +96,8 @@ def add(state: WorkbenchState, effect: str) -> None:
 
 
 def _candidate(state: WorkbenchState, candidate: CandidateRecord, leading: LeadingCandidate | None) -> None:
-    caption = candidate.meaning if candidate.standing == "not tried" else f"{candidate.standing}: {candidate.reason}"
+    tried = candidate.standing != "not tried"
+    caption = outcome(candidate.standing, candidate.reason) if tried else candidate.meaning
     with (
         ui.expansion(candidate.effect, caption=caption)
         .classes("candidate")
@@ -103,7 +105,7 @@ def _candidate(state: WorkbenchState, candidate: CandidateRecord, leading: Leadi
     ):
         _described(candidate)
         values = ", ".join(f"{key} = {value:.3g}" for key, value in candidate.settings.items())
-        ui.label(f"{'Expected' if candidate.standing == 'not tried' else 'Refitted'}: {values}.")
+        ui.label(f"{'Refitted' if tried else 'Expected'}: {values}.")
         if not candidate.shown:
             ui.label("These data would not show it, at any strength within its bounds.")
         if candidate.aliases:
