@@ -27,6 +27,7 @@ from tqdm import tqdm
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from campaign import Case, campaign
+from cases import cases, kind
 from families import FAMILIES
 
 from lce_analysis.identification import fit
@@ -34,12 +35,13 @@ from lce_analysis.options import FitOptions
 from lce_analysis.prediction import predict
 from lce_data.run import Run
 from lce_model import Model, default_model
-from lce_model.effects import library
 
 RESULTS: Final = Path("hidden-peer-results.jsonl")
 NOISES: Final = {"iid": "noise taken for white", "autoregressive": "noise whitened as ours"}
 VISIBLE: Final = 0.5
 """What the base leaves beyond the noise of the worse sensor, in units of that noise, for an effect to be visible."""
+JUDGED: Final = ("nothing", "one", "two")
+"""Kinds of cases; the others hide what no candidate can be."""
 PEER_HEAD: Final = (
     "| peer | visible effect: named first | false additions a case | nothing hidden: nothing added | median time |",
     "|---|---|---|---|---|",
@@ -71,18 +73,6 @@ def read_results(path: Path = RESULTS) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
 
-def cases(seeds: int) -> list[Case]:
-    """Nothing hidden, and every effect of the library, clear: seed by seed and family by family."""
-    hidden = [(), *((name,) for name in library())]
-    return [
-        Case(family.name, names, "clear", seed)
-        for seed in range(seeds)
-        for names in hidden
-        for family in FAMILIES.values()
-        if set(names) <= set(family.may_hide) and not (names and set(names) <= set(family.own))
-    ]
-
-
 def misfit(model: Model, case: Case, runs: Sequence[Run]) -> float:
     """RMS of what the model lacks in the worse sensor, in units of the noise that was put in."""
     ratio = 0.0
@@ -96,7 +86,7 @@ def misfit(model: Model, case: Case, runs: Sequence[Run]) -> float:
     return ratio
 
 
-def _show(bar: tqdm[None], case: Case, text: str) -> None:
+def _show(bar: tqdm[Any], case: Case, text: str) -> None:
     bar.set_description_str(f"{case.name}: {text}")
 
 
@@ -116,7 +106,8 @@ def main() -> int:
         print(f"peer.py: {error}; pip install --no-deps -r requirements/peer.txt", file=sys.stderr)
         return 2
     known = {(r["case"], r["noise"]) for r in read_results(args.results)}
-    chosen = [c for c in cases(args.seeds) if any(text in c.name for text in args.cases)]
+    fair = [c for c in cases(args.seeds) if kind(c.hidden, c.library) in JUDGED]
+    chosen = [c for c in fair if any(text in c.name for text in args.cases)]
     end = time.monotonic() + 60.0 * args.minutes
     with (
         tqdm(total=len(chosen) * len(args.noise), unit="case", dynamic_ncols=True) as bar,

@@ -158,15 +158,13 @@ def calibrate(before: Calibrated, effect: Effect, noise: Noise) -> Calibrated:
 
 def starts(before: Calibrated, after: Problem, effect: Effect) -> list[Floats]:
     """Variables from which the model with one more effect is searched, the most promising first."""
-
     count = before.slopes.shape[1]
-    held = np.vstack(
-        [before.slopes, np.eye(count) / LONGEST_SHIFT]
-    )  # directions that no sensor sees stay where they are
+    # Directions that no sensor sees stay where they are.
+    held = np.vstack([before.slopes, np.eye(count) / LONGEST_SHIFT])
 
     def made_up_for(residuals: Floats) -> tuple[Floats, Floats]:
         target = np.pad(-residuals, ((0, 0), (0, count)))
-        shifts = np.linalg.lstsq(held, target.T)[0].T
+        shifts = np.asarray(np.linalg.lstsq(held, target.T)[0].T, dtype=np.float64)
         return shifts, residuals + shifts @ before.slopes.T
 
     tried = list(settings(effect))
