@@ -371,6 +371,18 @@ def test_a_file_that_cannot_be_read_costs_only_what_needs_it(folder: Path) -> No
     tell(folder, story, "Add")
 
 
+def test_a_diagnosis_of_an_earlier_version_is_to_be_made_again(folder: Path) -> None:
+    state = with_model(folder)
+    old = {"verdict": "missing", "sentences": ["creep is missing."], "added": ["creep"], "candidates": []}
+    state.session.diagnosis_file(1).write_text(json.dumps(old))
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        await user.should_see(content="diagnosis-1.json: made by an earlier version: diagnose again")
+        await user.should_see(marker="diagnose")
+
+    tell(folder, story, "Diagnose")
+
+
 def test_curves_follow_a_slider_and_what_they_show_can_be_kept(folder: Path) -> None:
     with_model(folder)
     model = WorkbenchState(folder).model()
