@@ -19,7 +19,7 @@ from judge import judge
 from relays import Relays, turn
 from report import Gate, false_additions, gates, report
 from stages import Body, Floats
-from suite import read, until
+from suite import read, run, until
 
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_model.effects import library
@@ -249,6 +249,24 @@ def test_no_case_begins_after_the_time_is_over() -> None:
 def test_a_case_that_raises_is_a_result() -> None:
     found = judge(Case("relays", ("no such effect",), "clear", 0))
     assert found["failed"] == "KeyError: 'no such effect'"
+
+
+def test_cases_run_side_by_side_and_one_that_raises_does_not_stop_the_others() -> None:
+    todo = [Case("relays", (name,), "clear", 0) for name in ("no such effect", "nor this one", "nor that one")]
+    found = list(run(todo, minutes=10.0, scheduler=None, jobs=2))
+    assert {r["case"] for r in found} == {case.name for case in todo}
+    assert all("KeyError" in r["failed"] for r in found)
+    assert list(run(todo, minutes=0.0, scheduler=None, jobs=2)) == []
+
+
+@pytest.mark.slow
+def test_cases_run_on_a_dask_cluster() -> None:
+    distributed = pytest.importorskip("distributed", reason="distributed is an optional package")
+    todo = [Case("relays", (name,), "clear", 0) for name in ("no such effect", "nor this one")]
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        found = list(run(todo, minutes=10.0, scheduler=cluster.scheduler_address, jobs=1))
+    assert {r["case"] for r in found} == {case.name for case in todo}
+    assert all("KeyError" in r["failed"] for r in found)
 
 
 @pytest.mark.slow

@@ -36,7 +36,7 @@ FOLDER = Path(__file__).resolve().parent
 Result = dict[str, Any]
 
 
-def task(folder: str, words: tuple[Any, ...]) -> Result:
+def task(folder: str, words: tuple[Any, ...], threads: int) -> Result:
     """Judge one case in a worker process, which may be on another machine."""
     for path in (str(Path(folder).parent), folder):
         if path not in sys.path:
@@ -46,14 +46,17 @@ def task(folder: str, words: tuple[Any, ...]) -> Result:
 
     from lce_analysis.identification import problem
 
-    # As many cases run at once as there are cores, so the threads within a case would only fight.
-    problem._POOL = ThreadPoolExecutor(1)
+    # The product takes all cores for one fit; cases side by side would fight for them.
+    problem._POOL = ThreadPoolExecutor(threads)
     return judge(Case(*words))
 
 
 def version() -> str:
     """The software that is judged: the last commit that touched it, and a checksum of what is not committed."""
     paths = ["--", "src", "validation/hidden", "validation/independent_strip", ":!validation/hidden/peer*.py"]
+
+    if not (FOLDER.parents[1] / ".git").exists():
+        return "unknown"
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], cwd=FOLDER.parents[1], capture_output=True, text=True, check=True).stdout
@@ -89,8 +92,8 @@ def until(end: float, todo: Sequence[Case]) -> Iterator[Case]:
         yield case
 
 
-def where(scheduler: str | None, jobs: int) -> AbstractContextManager[Any]:
-    """The cores of this machine, each worker with one thread; or the cluster."""
+def where(scheduler: str | None, jobs: int, threads: int) -> AbstractContextManager[Any]:
+    """The cores of this machine, or the cluster."""
     block = ExitStack()
     if scheduler:
         from distributed import Client
@@ -98,16 +101,17 @@ def where(scheduler: str | None, jobs: int) -> AbstractContextManager[Any]:
         block.enter_context(Client(scheduler, timeout="10s"))
         block.enter_context(parallel_config("dask", n_jobs=-1))
     else:
-        block.enter_context(parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1))
+        block.enter_context(parallel_config("loky", n_jobs=jobs, inner_max_num_threads=threads))
     return block
 
 
 def run(todo: Sequence[Case], minutes: float, scheduler: str | None, jobs: int) -> Iterator[Result]:
     """Judge cases side by side; results come as they are ready."""
     begun = until(time.monotonic() + 60.0 * minutes, todo)
-    with where(scheduler, jobs):
+    threads = 1 if scheduler else max(1, (os.cpu_count() or 1) // jobs)
+    with where(scheduler, jobs, threads):
         work = Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
-        yield from work(delayed(task)(str(FOLDER), _words(case)) for case in begun)
+        yield from work(delayed(task)(str(FOLDER), _words(case), threads) for case in begun)
 
 
 def _words(case: Case) -> tuple[Any, ...]:
