@@ -142,27 +142,38 @@ class CompareOptions:
 
 @dataclass(frozen=True)
 class DiagnoseOptions:
-    """When an effect counts as missing.
+    """When an effect counts as missing. Errors are mean squares in units of the sensor's noise: 1 is nothing but noise.
 
     Parameters
     ----------
     false_alarm : chance of a false addition to a complete model, over the whole library.
-    refitted : candidates that are refitted in each step, so many by evidence and so many by predicted reduction.
-    alias_correlation : |ρ| from which two effects are reported as a set.
-    alias_evidence : a collinear effect joins the set only if, within the bounds of its strength, it reaches more than
-        this share of the evidence.
+    promise : an effect is refitted if the score test promises this share of what would be worth having.
+    refitted : candidates that are refitted in each step, those that promise most.
+    contenders : of these, how many are judged on data left out.
+    worth_noise, worth_share : an effect is worth having if on data left out it lowers the error of a sensor by more
+        than ``worth_noise``, a shift of a quarter of its noise, and by more than the share ``worth_share`` of what is
+        above the noise.
+    worse : on data left out no error of a sensor of its stage may rise by more than this share, and of no other sensor
+        by more than ``bent``.
+    agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
+        include the spread from run to run.
+    alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors.
+    near, most : effects are named only if with them the RMS errors are within ``near`` times the noise, or have lost
+        the share ``most`` of their square above the noise: what takes away less stands in for something else.
+    bent : the temperature may be explained worse, by this share, together with the displacement than alone.
+    explained : a sensor whose RMS error is within so many times its noise is explained.
+    alias_correlation : |ρ| from which two effects look alike.
+    alias_evidence : an effect that looks alike and was not refitted joins the set if it promised more than this share.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.
-    min_visibility : an effect is not named below this visibility, even if its evidence is strong: a small error in the
-        form of the base model could explain the data as well.
+    min_visibility : an effect is not named below this visibility: a small error in the form of the base model could
+        explain the data as well.
     max_effects : effects that are added at most.
     iterations : of a refit, at most; an effect that the free parameters nearly mask takes some thirty.
-    structured : the residual counts as unexplained if a curve over a covariate predicts this share of its variance in
-        a run that was left out.
+    structured : the residual follows a covariate if a curve over it predicts this share of its variance in a run that
+        was left out.
     knots : of that curve.
-    rough, rough_range : a residual that is more than ``rough`` times the sample-to-sample noise and more than the share
-        ``rough_range`` of the range of the series is larger than any sensor's noise.
-    jumping, jump_size : the residual counts as jumping if innovations of more than ``jump_size`` standard deviations,
-        which noise hardly ever reaches, hold more than the share ``jumping`` of the energy.
+    jumping, jump_size : the residual jumps if innovations of more than ``jump_size`` standard deviations, which noise
+        hardly ever reaches, hold more than the share ``jumping`` of the energy.
 
     Raises
     ------
@@ -172,40 +183,40 @@ class DiagnoseOptions:
     Examples
     --------
     >>> DiagnoseOptions(false_alarm=0.01, max_effects=2).refitted
-    3
+    6
     """
 
     false_alarm: float = 0.05
+    promise: float = 0.1
     refitted: int = 6
     contenders: int = 3
-    promise: float = 0.1
-    worth_share: float = 0.05
     worth_noise: float = 0.05
+    worth_share: float = 0.05
     worse: float = 0.02
     agreement: float = 2.0
+    alike: float = 0.5
     near: float = 1.5
     most: float = 0.7
-    bent: float = 0.05
+    bent: float = 0.2
     explained: float = 1.2
     alias_correlation: float = 0.95
+    alias_evidence: float = 0.5
     min_likelihood_ratio: float = 20.0
     min_visibility: float = 1e-4
     max_effects: int = 4
     iterations: int = 60
     structured: float = 0.15
-    rough: float = 10.0
-    jumping: float = 0.05
-    alias_evidence: float = 0.5
     knots: int = 9
-    rough_range: float = 0.01
+    jumping: float = 0.05
     jump_size: float = 6.0
 
     def __post_init__(self) -> None:
-        _check_counts(self, "refitted", "max_effects", "iterations", "knots")
-        _check_share(self, "false_alarm", "alias_correlation", "structured", "jumping")
-        _check_at_least(self, 0.0, "min_visibility", "alias_evidence", "rough_range")
-        _check_at_least(self, 1.0, "min_likelihood_ratio")
-        _check_positive(self, "rough", "jump_size")
+        _check_counts(self, "refitted", "contenders", "max_effects", "iterations", "knots")
+        _check_share(self, "false_alarm", "promise", "worth_share", "most", "structured", "jumping")
+        _check_share(self, "alias_correlation")
+        _check_at_least(self, 0.0, "worth_noise", "worse", "alike", "bent", "min_visibility", "alias_evidence")
+        _check_at_least(self, 1.0, "min_likelihood_ratio", "near", "explained")
+        _check_positive(self, "agreement", "jump_size")
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def add_effect(
     (step,) = search.steps
     after = step.with_it.model
     objection = REASON[trial.objection] if trial.objection else ""
-    if not objection and gets_worse(step.held_out, options):
+    if not objection and gets_worse(trial.stage, step.held_out, options):
         objection = REASON["worse"]
     entries = model.fit.get("history", [_entry(search.base.model, search, model.fit.get("verdict", ""))])
     history = [*entries, _entry(after, search, "not confirmed" if objection else "confirmed")]

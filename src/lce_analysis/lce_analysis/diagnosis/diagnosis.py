@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search, Step
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
+from lce_analysis.diagnosis.trial import Objection
 from lce_analysis.diagnosis.words import in_words
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
@@ -30,6 +31,8 @@ Verdict = Literal["adequate", "missing", "unexplained", "cannot_tell"]
 Column = Literal["given", "before", "after"]
 """The model as given, the same refitted, and with what was added."""
 Errors = Mapping[str, float | None]
+DOUBTFUL: Final = frozenset[Objection]({"masked", "varies", "chance", "worse"})
+"""What leaves open whether the effect is there."""
 
 
 @dataclass(frozen=True)
@@ -214,11 +217,12 @@ def diagnose(
     search.run()
     rest, fingerprint = left_over(search.present, options)
     models = columns(search, model)
+    verdict = _verdict(search)
     train = error_table(search, models, search.data.judged)
     noise = search.data.judged.sensor_noise
     after = train.misfit["after"]
     return Diagnosis(
-        verdict=_verdict(search, bool(fingerprint)),
+        verdict=verdict,
         given=model,
         before=search.base.model,
         model=search.present.model,
@@ -226,7 +230,7 @@ def diagnose(
         steps=tuple(search.steps),
         candidates=ranking(search),
         rest=rest,
-        fingerprint=fingerprint,
+        fingerprint=fingerprint if verdict == "unexplained" else "",
         train=train,
         test=error_table(search, models, search.tests),
         noise=noise,
@@ -237,14 +241,14 @@ def diagnose(
     )
 
 
-def _verdict(search: Search, structured: bool) -> Verdict:
-    """In the order of what can be said: something unexplained, missing, doubtful, or nothing."""
-    left = max(_largest(search.present), 0.0) > search.options.explained
-    if structured:
-        return "unexplained"
+def _verdict(search: Search) -> Verdict:
+    """Worth adding; else nothing is left; else something that an effect might be, or none of the library."""
     if search.steps:
         return "missing"
-    return "cannot_tell" if left else "adequate"
+    if _largest(search.present) <= search.options.explained:
+        return "adequate"
+    doubtful = any(t.objection in DOUBTFUL and t.reduction >= search.options.most for t in search.tried.values())
+    return "cannot_tell" if doubtful else "unexplained"
 
 
 def _largest(fit: StagedFit) -> float:

@@ -128,10 +128,7 @@ def _blocks(problem: Problem) -> list[list[Floats]]:
     last = max(float(p.time_s[-1]) for p in problem.inputs)
     ends = np.linspace(0.0, last, BLOCKS + 1)
     ends[-1] = np.inf
-    return [
-        [_inside(problem, series, begin, end) for series in problem.observed]
-        for begin, end in pairwise(ends)
-    ]
+    return [[_inside(problem, series, begin, end) for series in problem.observed] for begin, end in pairwise(ends)]
 
 
 def _inside(problem: Problem, series: ObservedSeries, begin_s: float, end_s: float) -> Floats:

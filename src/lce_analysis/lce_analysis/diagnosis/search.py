@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.linearized_fit import refit, samples
@@ -27,6 +28,13 @@ from lce_data.progress import Progress
 from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import Effect
+
+RESTARTS: Final = 2
+"""Times that a base caught in a poor minimum is refitted from elsewhere."""
+SURPRISE: Final = 1.5
+"""A trial that gains so many times what was predicted may have left a poor minimum of the base."""
+BETTER: Final = 0.02
+"""Share of the squared error by which another minimum must be better."""
 
 
 @dataclass(frozen=True)
@@ -84,46 +92,59 @@ class Search:
         check_runs(model, runs)
         self.options, self.progress, self.candidates = options, progress, tuple(candidates)
         self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
+        self.coarse = self.data.coarse
         self.tests = JudgedRuns.of(test_runs)
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.steps: list[Step] = []
         self.scores: dict[str, Score] = {}
         self.tried: dict[str, Trial] = {}
         self.aliases: dict[str, tuple[str, ...]] = {}
-        self.present = self.base = self._stagewise(model)
+        self.present = self._stagewise(model)
+        self.base = self._on_every_sample(self.present)
 
     def run(self) -> None:
         """Search the heat, then the deformation, then look back."""
         self._forward(heat=True)
         self._forward(heat=False)
         self._backward()
-        drive = self.present.drive
-        self.steps = [self._step_between(s.trial, s.alias_set, s.without, s.with_it, drive) for s in self.steps]
+        self._finish()
+
+    def _finish(self) -> None:
+        """Refit what was accepted on every sample, and tell every step between the models that this gives."""
+        fits = [self.base, *(self._on_every_sample(step.with_it) for step in self.steps)]
+        self.present = fits[-1]
+        self.steps = [
+            self._step_between(step.trial, step.alias_set, without, with_it, self.present.drive)
+            for step, without, with_it in zip(self.steps, fits[:-1], fits[1:], strict=True)
+        ]
 
     def force(self, effect: Effect) -> Trial:
         """Accept this effect, whatever the data say of it; the trial says what they do."""
         stages = [s for s in (*self._stages(True), *self._stages(False)) if effect in s.candidates]
         if not stages:
             raise LceError(f"{effect.name}: it changes nothing that these runs measured")
-        trials = [t for s in stages for t in self._examined(s, [effect])]
+        trials = [self._judged(t, contender=True) for s in stages for t in self._refitted_likely(s, [effect])]
         best = min(trials, key=lambda t: (bool(t.objection), self._penalty(t.effect) - t.gain))
         if best.held_out is None:
             best = replace(best, held_out=self.left_out.errors(best.stage, best.fit.problem, effect.name))
         self._accept(self._step(best, (effect.name,)))
+        self._finish()
         return best
 
     def _stagewise(self, model: Model) -> StagedFit:
         """The model refitted stage by stage, beside it the candidates that it lacks."""
         left = [e for e in self.candidates if e.reference not in model.effects]
-        return refit_stages(model, self.data, left, self.options, self.progress)
+        return refit_stages(model, self.coarse, left, self.options, self.progress)
+
+    def _on_every_sample(self, fit: StagedFit) -> StagedFit:
+        left = [e for e in self.candidates if e.reference not in fit.model.effects]
+        return refit_stages(fit.model, self.data, left, self.options, self.progress)
 
     def _forward(self, heat: bool) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.steps)
         while len(self.steps) < self.options.max_effects:
-            stages = self._stages(heat)
-            trials = [trial for stage in stages for trial in self._examined(stage, stage.candidates)]
-            trials.sort(key=lambda t: self._penalty(t.effect) - t.gain)
+            trials = self._tried(heat)
             step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
             if step is None:
                 break
@@ -133,6 +154,40 @@ class Search:
             self.present = found[0].without
             self.steps = self.steps[:began]
             self.tried |= {s.added: replace(s.trial, objection="part") for s in found}
+
+    def _tried(self, heat: bool) -> list[Trial]:
+        """Trials of one part of the model, the best first; the base moves first where they show a better minimum."""
+        for _ in range(RESTARTS + 1):
+            stages = self._stages(heat)
+            trials = [trial for stage in stages for trial in self._refitted_likely(stage, stage.candidates)]
+            trials.sort(key=lambda t: self._penalty(t.effect) - t.gain)
+            better = self._better_minimum(trials)
+            if better is None:
+                break
+            self.present = better
+        judged = [self._judged(t, contender=i < self.options.contenders) for i, t in enumerate(trials)]
+        self.tried |= {t.effect.name: t for t in judged}
+        return judged
+
+    def _better_minimum(self, trials: Sequence[Trial]) -> StagedFit | None:
+        """The present model refitted from where its best trial ended, if that is better: it was in a poor minimum.
+
+        A sign of it is a trial that gains far more than was predicted.
+        """
+        surprising = [t for t in trials if t.gain > SURPRISE * t.score.predicted_gain]
+        if not surprising:
+            return None
+        best = surprising[0]
+        values = [v for v in best.fit.problem.model.values if v.term != best.effect.name]
+        start = self.present.model.set({v.key: v.value for v in values if v.key in self.present.model})
+        found = self._stagewise(start)
+        return found if self._total(found) < self._total(self.present) * (1.0 - BETTER) else None
+
+    @staticmethod
+    def _total(fit: StagedFit) -> float:
+        """Squared error of all sensors, each by its mean."""
+        squares = {c: x for p in (*fit.heat[:1], fit.deformation) if p for c, x in p.fit.mean_squares.items()}
+        return sum(squares.values())
 
     def _explained(self, found: Sequence[Step]) -> bool:
         """Do the effects of one part bring a sensor near its noise, or take most of its error away?"""
@@ -158,17 +213,14 @@ class Search:
             return self.present.heat
         return () if self.present.deformation is None else (self.present.deformation,)
 
-    def _examined(self, stage: StageProblem, effects: Sequence[Effect]) -> list[Trial]:
-        """The likeliest effects refitted, and the best of them judged on data left out."""
+    def _refitted_likely(self, stage: StageProblem, effects: Sequence[Effect]) -> list[Trial]:
+        """The likeliest effects refitted."""
         tested = score_test(stage.fit, stage.candidates, self._critical_value)
         self._note(tested)
         likely = [s for s in tested.scores if s.effect in effects]
         if len(effects) > 1:
             likely = self._likely(stage, likely)
-        trials = sorted(self._refitted(stage, tested, likely), key=lambda t: self._penalty(t.effect) - t.gain)
-        judged = [self._judged(t, contender=i < self.options.contenders) for i, t in enumerate(trials)]
-        self.tried |= {t.effect.name: t for t in judged}
-        return judged
+        return self._refitted(stage, tested, likely)
 
     def _likely(self, stage: StageProblem, scores: list[Score]) -> list[Score]:
         """The few that promise most, of those that promise a fair part of what would be worth having."""
@@ -207,7 +259,7 @@ class Search:
     def _confirmed(self, trial: Trial, trials: Sequence[Trial]) -> Step | None:
         """The step that accepts the effect; None if another sensor pays for it on the runs held out."""
         step = self._step(trial, self._alias_set(trial, trials))
-        if gets_worse(step.held_out, self.options):
+        if gets_worse(trial.stage, step.held_out, self.options):
             self.tried[trial.effect.name] = replace(trial, objection="worse")
             return None
         return step

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.diagnosis.coarse import coarse
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
 from lce_analysis.diagnosis.misfit import JudgedRuns
 from lce_analysis.identification.discontinuities import without_discontinuities
@@ -81,6 +82,11 @@ class Data:
     judged: JudgedRuns
     inputs: tuple[SimulationInput, ...]
 
+    @property
+    def coarse(self) -> "Data":
+        """The same on a coarser grid, for searching."""
+        return replace(self, inputs=tuple(coarse(run_input) for run_input in self.inputs))
+
     def observed(self, channels: Sequence[Channel]) -> tuple[ObservedSeries, ...]:
         """The measured series of some channels, each in units of its noise; a temperature that drives is none."""
         return tuple(
@@ -98,7 +104,10 @@ class Data:
 
 
 def with_candidates(model: Model, candidates: Sequence[Effect]) -> Model:
-    """The model with every candidate that it lacks, at its null value."""
+    """The model with every candidate that it lacks, at its null value.
+
+    All stages but the heat alone use the same one, so that it is compiled once.
+    """
     return reduce(Model.add, [e.reference for e in candidates if e.reference not in model.effects], model)
 
 
@@ -146,7 +155,7 @@ def _heat(
     fit = refit(problem, "temperature", progress, options.iterations)
     stages = [StageProblem("heat", fit, tuple(ahead), "model")]
     if back:
-        whole = carried(with_candidates(model, back), fit.problem.model)
+        whole = carried(with_candidates(model, candidates), fit.problem.model)
         again = replace(fit.problem, model=whole, free=_free(whole, model, heat=True))
         stages.append(StageProblem("heat", replace(fit, problem=again), tuple(back), "model"))
     return tuple(stages)
@@ -183,7 +192,7 @@ def _deformation(
     drive: Drive = "model" if explained else "measured"
     data = data if explained else data.driven_by_measurement(model, starts)
     own = [c for c in candidates if not acts_on_temperature(c)]
-    whole = with_candidates(model, own)
+    whole = with_candidates(model, candidates)
     observed = data.observed([c for c in MECHANICAL if model.predicts(c)])
     at_ambient = start_conditions(data.inputs, model)[1]
     problem = Problem(whole, data.inputs, _free(whole, model, heat=False), starts, observed, (), at_ambient)

@@ -199,9 +199,8 @@ def unlike_noise(fit: LinearizedFit, options: DiagnoseOptions) -> list[str]:
     for channel, mean_square in fit.mean_squares.items():
         own = [series for series in observed if series.channel is channel]
         rms = float(np.sqrt(mean_square))
-        measured = max(float(np.ptp(series.measured)) * series.weight for series in own)
-        if rms > options.rough and rms > options.rough_range * measured:
-            found.append(f"{channel.name} is left with {rms:.0f} times the noise of its sensor")
+        if rms > options.explained:
+            found.append(f"{channel.name} is left with {rms:.1f} times the noise of its sensor")
         residual = np.concatenate(
             [part for series, part in zip(observed, parts, strict=True) if series.channel is channel]
         )

@@ -115,7 +115,7 @@ def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection
 
 def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions) -> Objection:
     before, after = held_out.before, held_out.after
-    if gets_worse(held_out, options):
+    if gets_worse(trial.stage, held_out, options):
         return "worse"
     worth = any(
         before.mean_square(c) - after.mean_square(c) > options.worth_noise
@@ -127,14 +127,20 @@ def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions)
     return "" if trial.strengths is None or agrees(trial, trial.strengths, options) else "varies"
 
 
-def gets_worse(held_out: HeldOut, options: DiagnoseOptions) -> bool:
-    """Does the error of any sensor rise on the data left out?"""
+def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> bool:
+    """Does the error of a sensor rise on the data left out? Those of another stage may by as much as it may be bent."""
     before, after = held_out.before, held_out.after
-    rises = {c: after.mean_square(c) - before.mean_square(c) for c in before.total}
-    return any(rise > options.worse * max(before.mean_square(c), NOISE) for c, rise in rises.items())
+    for channel in before.total:
+        rise = after.mean_square(channel) - before.mean_square(channel)
+        allowed = options.worse if channel in stage.channels else options.bent
+        if rise > allowed * max(before.mean_square(channel), NOISE):
+            return True
+    return False
 
 
 def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool:
-    """Is the strength of the runs one strength, as far as their errors can tell?"""
-    mean = strengths.mean
-    return abs(mean.value - trial.effect.null) > options.agreement * mean.standard_error
+    """Is the strength of the runs one strength, as far as their errors can tell, and that of all of them together?"""
+    mean, null = strengths.mean, trial.effect.null
+    distance = abs(strengths.overall.value - mean.value)
+    alike = distance <= max(options.agreement * mean.standard_error, options.alike * abs(mean.value - null))
+    return alike and abs(mean.value - null) > options.agreement * mean.standard_error
