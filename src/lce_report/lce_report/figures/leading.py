@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -169,4 +170,7 @@ def _picture(trial: Trial, runs: Sequence[str]) -> Picture:
 
 
 def _pair(found: Estimate | None) -> tuple[float, float] | None:
-    return None if found is None else (found.value, found.standard_error)
+    """None as well where the error has no bound: the run says nothing, and JSON knows no infinity."""
+    if found is None or not math.isfinite(found.standard_error):
+        return None
+    return found.value, found.standard_error
