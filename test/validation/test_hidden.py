@@ -222,6 +222,7 @@ def test_the_own_physics_of_a_family_is_no_false_addition() -> None:
 
 def test_the_report_has_the_bars_and_every_case() -> None:
     text = report([FOUND, ALIAS, WRONG, FAILED], "v1")
+    assert "| equilibrium | 4 | **2 of 4** | **3 of 4** | 2 of 2 |" in text
     assert "| visible effect: named first | ≥ 95% | 2 of 4 | 50% | 15%–85% |" in text
     assert "| false additions a case (nothing, one or two hidden) | ≤ 0.05 | 2 in 4 | 0.50 |" in text
     assert "| something visible hidden: names that are right | | 3 of 4 | 75% |" in text

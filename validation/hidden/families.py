@@ -47,9 +47,7 @@ class Strip:
         """What all strips have; ``body.top_w`` is full power."""
         return self.core.body
 
-    def ideal(
-        self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator
-    ) -> tuple[Floats, Floats]:  # fmt: skip
+    def ideal(self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator) -> tuple[Floats, Floats]:
         """What sensors without noise show: camera [K] at 10 Hz, distance [m] at 100 Hz.
 
         Parameters
@@ -68,9 +66,7 @@ class Strip:
             displacement = displaced(stretch, temperature, self.body, strengths)
         return camera(temperature, self.body, strengths)[::10], distance(displacement, strengths)
 
-    def measure(
-        self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator
-    ) -> tuple[Floats, Floats]:  # fmt: skip
+    def measure(self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator) -> tuple[Floats, Floats]:
         """What the sensors show, with noise; as :meth:`ideal`."""
         shown = self.ideal(power_w, hidden, rng)
         first, second = (noise.spoil(values, rng) for noise, values in zip(self.noise, shown, strict=True))

@@ -7,7 +7,7 @@ what an ideal sensor would have shown. How visible a hidden effect is does not c
 * with an exact base, what the fitted base leaves beyond the noise, √(rms²/noise² - 1), in the worse sensor;
 * with an imperfect base, which leaves something anyway, the change that the effect makes to the ideal readings under
   the same power, less what the fitted base can follow of it by small changes of its free parameters (least squares on
-  its first-order response, both sensors weighted by their noise): its RMS over the noise, in the worse sensor.
+  its first-order response, in which both sensors count alike): its RMS over the noise, in the worse sensor.
 """
 
 import math
@@ -25,7 +25,7 @@ from lce_analysis.diagnosis import diagnose
 from lce_analysis.experiment_design import design
 from lce_analysis.identification import fit
 from lce_analysis.options import DesignOptions, FitOptions
-from lce_analysis.prediction import predict
+from lce_analysis.prediction import predict, predict_from, simulation_input, start_temperature
 from lce_data.channels import SENSORS, Channel
 from lce_data.errors import LceError
 from lce_data.run import Run
@@ -99,23 +99,25 @@ def unabsorbed(case: Case, model: Model, runs: list[Run], ideal: Ideal) -> float
     if not case.hidden:
         return 0.0
     noise = {c: _rms(np.concatenate([r.series[c].value - ideal[r.name][c] for r in runs])) for c in SENSORS}
+    size = {c: sum(r.series[c].value.size for r in runs) for c in SENSORS}
+    laid_out = {run.name: simulation_input(run, model) for run in runs}
 
     def stacked(of_run: Mapping[str, Mapping[Channel, Floats]]) -> Floats:
-        return np.concatenate([of_run[r.name][c] / noise[c] for c in SENSORS for r in runs])
+        return np.concatenate([of_run[r.name][c] / (noise[c] * math.sqrt(size[c])) for c in SENSORS for r in runs])
 
-    def response(changed: Model) -> Floats:
-        return stacked({r.name: predict(changed, r).at_samples for r in runs})
+    def response(now: Model) -> Floats:
+        return stacked({n: predict_from(i, start_temperature(i, now), now).at_samples for n, i in laid_out.items()})
 
     change = stacked(ideal) - stacked({r.name: case.ideal(r, hidden=False) for r in runs})
     here, columns = response(model), []
     for value in (v for v in model.values if not v.fixed):
         step = STEP * max(abs(value.value), 1e-3 * (value.upper - value.lower))
         step = step if value.value + step <= value.upper else -step
-        columns.append((response(model.set({value.key: value.value + step})) - here) / step)
-    columns = [column / _rms(column) for column in columns if _rms(column) > 0.0]
-    left = change - np.column_stack(columns) @ np.linalg.lstsq(np.column_stack(columns), change, rcond=1e-10)[0]
-    split = sum(r.series[SENSORS[0]].value.size for r in runs)
-    return max(_rms(left[:split]), _rms(left[split:]))
+        column = response(model.set({value.key: value.value + step})) - here
+        columns += [column / np.linalg.norm(column)] if column.any() else []
+    basis = np.column_stack(columns)
+    left = change - basis @ np.linalg.lstsq(basis, change, rcond=1e-10)[0]
+    return max(float(np.linalg.norm(part)) for part in np.split(left, [size[SENSORS[0]]]))
 
 
 def _rms(values: Floats) -> float:

@@ -50,9 +50,7 @@ def found(result: Result) -> set[str]:
 def gates(results: Sequence[Result], family: Family) -> Iterator[Gate]:
     """The gates that count cases."""
 
-    def gate(
-        name: str, members: list[Result], test: Callable[[Result], bool], *bars: float | None
-    ) -> Gate:  # fmt: skip
+    def gate(name: str, members: list[Result], test: Callable[[Result], bool], *bars: float | None) -> Gate:
         exact, imperfect = bars
         return Gate(name, ["failed" not in r and test(r) for r in members], (exact, imperfect))
 
@@ -89,10 +87,34 @@ def family_table(results: Sequence[Result], family: Family) -> list[str]:
     lines = [f"## {family.name}: {base}", "", "| | bar | found | share | 95 % interval |", "|---|---|---|---|---|"]
     for gate in gates(results, family):
         bar = gate.bars[0 if family.exact else 1]
-        wanted = "" if bar is None else f"≥ {bar:.0%}"
+        wanted = "" if bar is None else "all" if bar == 1.0 else f"≥ {bar:.0%}"
         lines.append(f"| {gate.name} | {wanted} | {_share(gate.passed)} |")
     lines.append(_false_line(of_kind(results, "nothing", "one", "two"), 0.05 if family.exact else 0.15))
     return [*lines, *_names_lines(results), "", *_numbers(results)]
+
+
+def overview(results: Sequence[Result]) -> list[str]:
+    """A line for each family: the share that passed each gate with a bar, bold where it missed it."""
+    rows, names = [], []
+    for family in FAMILIES.values():
+        if not (members := [r for r in results if r["family"] == family.name]):
+            continue
+        found = {g.name: g for g in gates(members, family) if any(bar is not None for bar in g.bars)}
+        names += [name for name in found if name not in names]
+        rows.append((family, len(members), found))
+    lines = [f"| family | cases | {' | '.join(names)} |", "|---" * (len(names) + 2) + "|"]
+    for family, size, found in rows:
+        cells = [_cell(found.get(name), family.exact) for name in names]
+        lines.append(f"| {family.name} | {size} | {' | '.join(cells)} |")
+    return lines
+
+
+def _cell(gate: Gate | None, exact: bool) -> str:
+    if gate is None or not gate.passed:
+        return ""
+    bar = gate.bars[0 if exact else 1]
+    words = f"{sum(gate.passed)} of {len(gate.passed)}"
+    return words if bar is None or np.mean(gate.passed) >= bar else f"**{words}**"
 
 
 def _share(passed: list[bool]) -> str:
@@ -116,14 +138,10 @@ def _false_line(members: list[Result], bar: float) -> str:
 
 def _names_lines(results: Sequence[Result]) -> list[str]:
     """Precision where a name is given, and abstentions, over all cases that hide something that shows."""
-    members = [
-        r for r in results if r["hidden"] and "failed" not in r and r.get("visible", 0.0) >= VISIBLE
-    ]  # fmt: skip
+    members = [r for r in results if r["hidden"] and "failed" not in r and r.get("visible", 0.0) >= VISIBLE]
     names = [
-        wrong == 0
-        for r in members
-        for wrong in [1] * false_additions(r) + [0] * (len(r["added"]) - false_additions(r))
-    ]  # fmt: skip
+        wrong == 0 for r in members for wrong in [1] * false_additions(r) + [0] * (len(r["added"]) - false_additions(r))
+    ]
     silent = [not r["added"] for r in members]
     return [
         f"| something visible hidden: names that are right | | {_share(names)} |",
@@ -163,7 +181,7 @@ def cases_table(results: Sequence[Result]) -> list[str]:
 
 def report(results: Sequence[Result], version: str) -> str:
     """The whole document."""
-    lines = ["# Hidden effects", "", HEAD.format(version=version), ""]
+    lines = ["# Hidden effects", "", HEAD.format(version=version), "", *overview(results), ""]
     for family in FAMILIES.values():
         if members := [r for r in results if r["family"] == family.name]:
             lines += family_table(members, family)
@@ -179,4 +197,4 @@ An effect is visible if it leaves at least half of a sensor's noise that the bas
 is neither hidden nor part of the family's own physics, and in whose set of aliases nothing hidden is. "Outside the
 library" hides what the product has no effect for. "Effect left out" hides what it has, but that one is not among the
 candidates. Intervals are Wilson's; that of the false additions is a Poisson count's. Errors are in units of the noise
-that was put in."""
+that was put in. In the table of all families, what misses its bar is bold."""
