@@ -30,7 +30,7 @@ NAMES: Final = 24
 """Letters that the names of runs may take in a label; more runs are counted."""
 NOTHING: Final = "–"
 SIDES: Final = ("train", "test")
-WITHOUT_WITH: Final = "without → with: on data left out, away from jumps, × noise"
+WITHOUT_WITH: Final = "without → with: on data left out, × noise"
 
 
 @dataclass(frozen=True)

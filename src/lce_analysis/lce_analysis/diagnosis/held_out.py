@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import mean_squares, optimum, samples, without_run
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_data.channels import Channel
 from lce_data.progress import Progress
-from lce_model import Model
 
 Floats = NDArray[np.float64]
 LeftOut = Literal["test runs", "each run in turn", "each block in turn"]
@@ -33,17 +32,26 @@ TOLERANCE: Final = 1e-4
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors of data left out, away from the jumps of the models.
+    """Errors of data left out.
 
     how : what was left out.
     names : of the runs, or of the blocks of one run.
-    before, after : without and with the effect.
+    errors : without and with the effect.
     """
 
     how: LeftOut
     names: tuple[str, ...]
-    before: Misfit
-    after: Misfit
+    errors: Pair
+
+    @property
+    def before(self) -> Misfit:
+        """Without the effect, on every sample."""
+        return self.errors.before
+
+    @property
+    def after(self) -> Misfit:
+        """With the effect, on every sample."""
+        return self.errors.after
 
 
 class DataLeftOut:
@@ -71,26 +79,23 @@ class DataLeftOut:
         """Errors of a stage without and with an effect, refitted without what is left out."""
         without = stage.fit.problem
         if self.how == "test runs":
-            before, after = self.between(without.model, with_it.model, stage)
+            errors = self.tests.pair(without.model, with_it.model, stage.drive, stage.channels)
         elif self.how == "each run in turn":
-            before, after = self._runs(stage, with_it, effect)
+            errors = self._runs(stage, with_it, effect)
         else:
             before = _errors_of_blocks(without, self._refitted(without, "as it is"))
             after = _errors_of_blocks(with_it, self._refitted(with_it, f"with {effect}"))
-        return HeldOut(self.how, self.names, before, after)
+            errors = Pair(before, after, before, after)
+        return HeldOut(self.how, self.names, errors)
 
-    def between(self, without: Model, with_it: Model, stage: StageProblem) -> tuple[Misfit, Misfit]:
-        """Errors of two models on the runs held out, in the sensors of a stage."""
-        return self.tests.between_jumps(without, with_it, stage.drive, stage.channels)
-
-    def _runs(self, stage: StageProblem, with_it: Problem, effect: str) -> tuple[Misfit, Misfit]:
-        before, after = Misfit({}, {}), Misfit({}, {})
+    def _runs(self, stage: StageProblem, with_it: Problem, effect: str) -> Pair:
         first = self._refitted(stage.fit.problem, "as it is")
         second = self._refitted(with_it, f"with {effect}")
-        for i, (a, b) in enumerate(zip(first, second, strict=True)):
-            errors = self.judged.only(i).between_jumps(a.model, b.model, stage.drive, stage.channels)
-            before, after = before + errors[0], after + errors[1]
-        return before, after
+        pairs = [
+            self.judged.only(i).pair(a.model, b.model, stage.drive, stage.channels)
+            for i, (a, b) in enumerate(zip(first, second, strict=True))
+        ]
+        return sum(pairs[1:], pairs[0])
 
     def _refitted(self, problem: Problem, label: str) -> Sequence[Problem]:
         """The problem refitted without each run, or each block, in turn."""

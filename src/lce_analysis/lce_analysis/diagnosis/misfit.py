@@ -84,40 +84,61 @@ class JudgedRuns:
 
     def misfit(self, model: Model, drive: Drive = "model", channels: Sequence[Channel] = SENSORS) -> Misfit:
         """Simulate every run with the model. Raises LceError if a run lacks what the model needs."""
-        (found,) = self._misfits([model], drive, channels, between_jumps=False)
-        return found
+        return self._misfits([model], drive, channels)[0][0]
 
-    def between_jumps(
-        self, first: Model, second: Model, drive: Drive, channels: Sequence[Channel]
-    ) -> tuple[Misfit, Misfit]:
-        """Errors of two models on the samples away from the jumps of both.
+    def pair(self, first: Model, second: Model, drive: Drive, channels: Sequence[Channel]) -> "Pair":
+        """Errors of two models, on every sample and on those away from the jumps of both.
 
         Which side of a jump a sample is on is decided within a hundredth of a second, and would outweigh all the rest.
         """
-        before, after = self._misfits([first, second], drive, channels, between_jumps=True)
-        return before, after
+        (before, judged_before), (after, judged_after) = self._misfits([first, second], drive, channels)
+        return Pair(before, after, judged_before, judged_after)
 
     def _misfits(
-        self, models: Sequence[Model], drive: Drive, channels: Sequence[Channel], between_jumps: bool
-    ) -> list[Misfit]:
-        total: list[dict[Channel, list[float]]] = [{} for _ in models]
-        samples: dict[Channel, list[float]] = {}
+        self, models: Sequence[Model], drive: Drive, channels: Sequence[Channel]
+    ) -> list[tuple[Misfit, Misfit]]:
+        """Errors of each model: on every sample, and on those away from the jumps of all."""
+        rows: list[tuple[Channel, NDArray[np.bool_], list[Floats]]] = []
         for run, noise in zip(self.runs, self.noise, strict=True):
             predictions = [predict(model, run, drive).at_samples for model in models]
-            for channel in predictions[0]:
-                if channel not in channels:
-                    continue
+            for channel in (c for c in predictions[0] if c in channels):
                 series, modelled = run.series[channel], [p[channel] for p in predictions]
-                counted = np.ones(series.value.size, dtype=bool)
-                if between_jumps and channel in MECHANICAL:
+                away = np.ones(series.value.size, dtype=bool)
+                if channel in MECHANICAL:
                     jumps = [discontinuities(series.time_s, m, noise[channel]) for m in modelled]
-                    counted = away_from(np.concatenate(jumps), series.time_s)
-                samples.setdefault(channel, []).append(float(counted.sum()))
-                for errors, m in zip(total, modelled, strict=True):
-                    residual = (m - series.value)[counted] / noise[channel]
-                    errors.setdefault(channel, []).append(float(residual @ residual))
-        counts = {c: np.array(x) for c, x in samples.items()}
-        return [Misfit({c: np.array(x) for c, x in errors.items()}, counts) for errors in total]
+                    away = away_from(np.concatenate(jumps), series.time_s)
+                rows.append((channel, away, [(m - series.value) / noise[channel] for m in modelled]))
+        every = [(channel, np.ones_like(away), residuals) for channel, away, residuals in rows]
+        return [(_summed(every, k), _summed(rows, k)) for k in range(len(models))]
+
+
+def _summed(rows: Sequence[tuple[Channel, NDArray[np.bool_], Sequence[Floats]]], k: int) -> Misfit:
+    """Errors of the model number ``k``, of the samples that count."""
+    total: dict[Channel, list[float]] = {}
+    samples: dict[Channel, list[float]] = {}
+    for channel, counted, residuals in rows:
+        total.setdefault(channel, []).append(float(np.sum(residuals[k][counted] ** 2)))
+        samples.setdefault(channel, []).append(float(counted.sum()))
+    return Misfit({c: np.array(x) for c, x in total.items()}, {c: np.array(x) for c, x in samples.items()})
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Errors without and with an effect: on every sample, which is told, and away from jumps, by which it is judged."""
+
+    before: Misfit
+    after: Misfit
+    judged_before: Misfit
+    judged_after: Misfit
+
+    def __add__(self, other: "Pair") -> "Pair":
+        """Those of other runs, behind these."""
+        return Pair(
+            self.before + other.before,
+            self.after + other.after,
+            self.judged_before + other.judged_before,
+            self.judged_after + other.judged_after,
+        )
 
 
 def share_removed(before: Misfit, after: Misfit, channel: Channel) -> float:

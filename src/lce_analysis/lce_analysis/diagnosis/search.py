@@ -100,7 +100,7 @@ class Search:
         self.tried: dict[str, Trial] = {}
         self.aliases: dict[str, tuple[str, ...]] = {}
         self.present = self._stagewise(model)
-        self.base = self._on_every_sample(self.present)
+        self.base = self._no_worse(model, self._on_every_sample(self.present))
 
     def run(self) -> None:
         """Search the heat, then the deformation, then look back."""
@@ -140,6 +140,12 @@ class Search:
         left = [e for e in self.candidates if e.reference not in fit.model.effects]
         return refit_stages(fit.model, self.data, left, self.options, self.progress)
 
+    def _no_worse(self, given: Model, refitted: StagedFit) -> StagedFit:
+        """The refit, or the model as given where no sensor has gained by it: the jumps may lie better there."""
+        before, after = (self.misfit(model, refitted.drive) for model in (given, refitted.model))
+        gained = any(after.mean_square(c) < before.mean_square(c) for c in before.total)
+        return refitted if gained else replace(refitted, model=given)
+
     def _forward(self, heat: bool) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.steps)
@@ -149,11 +155,24 @@ class Search:
             if step is None:
                 break
             self._accept(step)
-        found = self.steps[began:]
-        if found and not self._explained(found):
-            self.present = found[0].without
-            self.steps = self.steps[:began]
-            self.tried |= {s.added: replace(s.trial, objection="part") for s in found}
+        while len(self.steps) > began and not self._explains(self.steps[-1]):
+            step = self.steps.pop()
+            self.present = step.without
+            self.tried[step.added] = replace(step.trial, objection="part")
+
+    def _explains(self, last: Step) -> bool:
+        """Does the last effect of a part of the model take most of what was left of the error of a sensor?
+
+        If not, it stands in for something else, that the library or the base model lacks.
+        """
+        held_out = last.trial.held_out
+        assert held_out is not None
+        before, after = held_out.errors.judged_before, held_out.errors.judged_after
+        return any(
+            share_removed(before, after, c) >= self.options.most
+            and before.mean_square(c) - after.mean_square(c) > self.options.worth_noise
+            for c in before.total
+        )
 
     def _tried(self, heat: bool) -> list[Trial]:
         """Trials of one part of the model, the best first; the base moves first where they show a better minimum."""
@@ -188,15 +207,6 @@ class Search:
         """Squared error of all sensors, each by its mean."""
         squares = {c: x for p in (*fit.heat[:1], fit.deformation) if p for c, x in p.fit.mean_squares.items()}
         return sum(squares.values())
-
-    def _explained(self, found: Sequence[Step]) -> bool:
-        """Do the effects of one part bring a sensor near its noise, or take most of its error away?"""
-        before, after = found[0].trial.held_out, found[-1].trial.held_out
-        assert before is not None and after is not None
-        channels = [c for c in before.before.total if c in after.after.total]
-        near = [after.after.mean_square(c) <= self.options.near**2 for c in channels]
-        shares = [share_removed(before.before, after.after, c) for c in channels]
-        return all(close or share >= self.options.most for close, share in zip(near, shares, strict=True))
 
     def _backward(self) -> None:
         """Take out what later additions have made superfluous."""
@@ -279,8 +289,7 @@ class Search:
         assert held_out is not None
         if self.tests.runs:
             models = self.whole(without.model), self.whole(with_it.model)
-            before, after = self.tests.between_jumps(*models, drive, SENSORS)
-            held_out = replace(held_out, before=before, after=after)
+            held_out = replace(held_out, errors=self.tests.pair(*models, drive, SENSORS))
         return Step(trial, alias_set, without, with_it, train, held_out)
 
     def _accept(self, step: Step) -> None:

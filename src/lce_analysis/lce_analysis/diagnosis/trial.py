@@ -114,7 +114,7 @@ def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection
 
 
 def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions) -> Objection:
-    before, after = held_out.before, held_out.after
+    before, after = held_out.errors.judged_before, held_out.errors.judged_after
     if gets_worse(trial.stage, held_out, options):
         return "worse"
     worth = any(
@@ -129,7 +129,7 @@ def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions)
 
 def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> bool:
     """Does the error of a sensor rise on the data left out? Those of another stage may by as much as it may be bent."""
-    before, after = held_out.before, held_out.after
+    before, after = held_out.errors.judged_before, held_out.errors.judged_after
     for channel in before.total:
         rise = after.mean_square(channel) - before.mean_square(channel)
         allowed = options.worse if channel in stage.channels else options.bent
