@@ -17,7 +17,7 @@ from effects import OUTSIDE, STRENGTH
 from families import FAMILIES
 from judge import judge
 from relays import Relays, turn
-from report import Gate, false_additions, gates, report
+from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
 from suite import read, run, until
 
@@ -215,7 +215,10 @@ def test_what_the_library_lacks_must_not_get_a_name() -> None:
     assert found["nothing hidden: adequate"].passed == [True]
 
 
-def test_the_own_physics_of_a_family_is_no_false_addition() -> None:
+def test_the_own_physics_of_a_family_is_no_false_addition_and_may_come_first() -> None:
+    first = WRONG | {"family": "independent", "added": ["radiation", "creep"], "sets": [["radiation"], ["creep"]]}
+    assert named_first(first)
+    assert not named_first(first | {"family": "equilibrium"})
     assert false_additions(WRONG | {"family": "independent"}) == 0
     assert false_additions(WRONG | {"family": "independent", "added": ["backlash"], "sets": [["backlash"]]}) == 1
 
