@@ -158,8 +158,9 @@ class DiagnoseOptions:
     agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
         include the spread from run to run.
     alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors.
-    most : the last effect of a part of the model must take away this share of what was left above the noise in a
-        sensor: what takes less stands in for something that neither the library nor the base model holds.
+    most, nearly_all, near : the last effect of a part of the model must take away the share ``most`` of what was left
+        above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
+        the noise: what takes less stands in for something that neither the library nor the base model holds.
     bent : the temperature may be explained worse, by this share, together with the displacement than alone.
     explained : a sensor whose RMS error is within so many times its noise is explained.
     alias_correlation : |ρ| from which two effects look alike.
@@ -196,6 +197,8 @@ class DiagnoseOptions:
     agreement: float = 2.0
     alike: float = 0.5
     most: float = 0.55
+    nearly_all: float = 0.9
+    near: float = 2.0
     bent: float = 0.2
     explained: float = 1.2
     alias_correlation: float = 0.95
@@ -211,10 +214,10 @@ class DiagnoseOptions:
 
     def __post_init__(self) -> None:
         _check_counts(self, "refitted", "contenders", "max_effects", "iterations", "knots")
-        _check_share(self, "false_alarm", "promise", "worth_share", "most", "structured", "jumping")
+        _check_share(self, "false_alarm", "promise", "worth_share", "most", "nearly_all", "structured", "jumping")
         _check_share(self, "alias_correlation")
         _check_at_least(self, 0.0, "worth_noise", "worse", "alike", "bent", "min_visibility", "alias_evidence")
-        _check_at_least(self, 1.0, "min_likelihood_ratio", "explained")
+        _check_at_least(self, 1.0, "min_likelihood_ratio", "near", "explained")
         _check_positive(self, "agreement", "jump_size")
 
 

@@ -19,6 +19,7 @@ from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, 
 from lce_analysis.diagnosis.strength import strengths
 from lce_analysis.diagnosis.trial import Trial, first_step, gets_worse, objection, penalty, with_effect
 from lce_analysis.identification.identify import check_runs
+from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.parallel import each
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import simulation_input
@@ -165,14 +166,14 @@ class Search:
 
         If not, it stands in for something else, that the library or the base model lacks.
         """
-        held_out = last.trial.held_out
-        assert held_out is not None
-        before, after = held_out.errors.judged_before, held_out.errors.judged_after
-        return any(
-            share_removed(before, after, c) >= self.options.most
-            and before.mean_square(c) - after.mean_square(c) > self.options.worth_noise
-            for c in before.total
-        )
+        before, after = last.held_out.errors.judged_before, last.held_out.errors.judged_after
+        for channel in (c for c in last.trial.stage.channels if c in before.total):
+            fall = before.mean_square(channel) - after.mean_square(channel)
+            close = after.mean_square(channel) <= self.options.near**2
+            needed = self.options.most if close else self.options.nearly_all
+            if fall > self.options.worth_noise and share_removed(before, after, channel) >= needed:
+                return True
+        return False
 
     def _tried(self, heat: bool) -> list[Trial]:
         """Trials of one part of the model, the best first; the base moves first where they show a better minimum."""
@@ -278,7 +279,24 @@ class Search:
         found = trial.fit.problem.model
         model = self.present.model.add(trial.effect.reference)
         after = self._stagewise(model.set({v.key: found[v.key] for v in model.values if v.key in found}))
+        if trial.stage.part != "heat" and self._worst(after) > self.options.near:
+            after, trial = self._searched_anew(after, trial)
         return self._step_between(trial, alias_set, self.present, after, after.drive)
+
+    def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
+        """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""
+        runs = [run_input.run for run_input in self.coarse.inputs]
+        anew = self._stagewise(identify(fit.model, runs, progress=self.progress).model)
+        if anew.deformation is None or self._total(anew) > self._total(fit) * (1.0 - BETTER):
+            return fit, trial
+        problem = anew.deformation.fit.problem
+        return anew, replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))
+
+    @staticmethod
+    def _worst(fit: StagedFit) -> float:
+        """The largest RMS error of a sensor, in units of its noise."""
+        problems = [p for p in (*fit.heat[:1], fit.deformation) if p is not None]
+        return max((math.sqrt(x) for p in problems for x in p.fit.mean_squares.values()), default=0.0)
 
     def _step_between(
         self, trial: Trial, alias_set: tuple[str, ...], without: StagedFit, with_it: StagedFit, drive: Drive
