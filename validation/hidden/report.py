@@ -194,9 +194,9 @@ def report(results: Sequence[Result], version: str) -> str:
     return "\n".join([*lines, "## Cases", "", *cases_table(results), ""])
 
 
-HEAD = """Written by `make hidden`, version {version}. Strips of `validation/hidden`, which share no code with the product,
-hide an effect. The product fits a base model to six runs, and `lce diagnose` says what is missing. An exact base holds the
-equations of the strip, an imperfect one does not.
+HEAD = """Written by `make hidden`, version {version}. Strips of `validation/hidden`, which share no code with the
+product, hide an effect. The product fits a base model to six runs, and `lce diagnose` says what is missing. An exact
+base holds the equations of the strip, an imperfect one does not.
 
 An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow;
 `validation/hidden/judge.py` says how that is told without the diagnosis. A false addition is an effect that was
