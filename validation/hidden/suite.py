@@ -34,7 +34,7 @@ from report import report
 
 FOLDER = Path(__file__).resolve().parent
 Result = dict[str, Any]
-NOT_JUDGED = ":!validation/hidden/peer*", ":!validation/hidden/report.py"
+NOT_JUDGED = ":!validation/hidden/peer*.py", ":!validation/hidden/report.py"
 """What may change without the results becoming another version's."""
 
 
@@ -55,7 +55,7 @@ def task(folder: str, words: tuple[Any, ...], threads: int) -> Result:
 
 def version() -> str:
     """The software that is judged: the last commit that touched it, and a checksum of what is not committed."""
-    paths = ["--", "src", "validation/hidden", "validation/independent_strip", ":!validation/hidden/peer*.py"]
+    paths = ["--", "src", "validation/hidden", "validation/independent_strip", *NOT_JUDGED]
 
     if not (FOLDER.parents[1] / ".git").exists():
         return "unknown"
