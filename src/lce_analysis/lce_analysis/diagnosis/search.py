@@ -212,11 +212,18 @@ class Search:
     def _backward(self) -> None:
         """Take out what later additions have made superfluous."""
         for step in self.steps[:-1]:
-            without = self._stagewise(self.present.model.without(step.trial.effect.reference))
+            reference = step.trial.effect.reference
+            without = self._stagewise(self.present.model.without(reference))
             before, after = (self.misfit(fit.model, self.present.drive) for fit in (without, self.present))
             worth = self.options.worth_noise
             if all(before.mean_square(c) - after.mean_square(c) < worth for c in before.total):
-                self.steps.remove(step)
+                later = self.steps[self.steps.index(step) + 1 :]
+                fits = [self._stagewise(s.with_it.model.without(reference)) for s in later[:-1]] + [without]
+                self.steps = [
+                    *self.steps[: self.steps.index(step)],
+                    *(replace(s, with_it=fit) for s, fit in zip(later, fits, strict=True)),
+                ]
+                self.tried[step.added] = replace(step.trial, objection="less")
                 self.present = without
 
     def _stages(self, heat: bool) -> tuple[StageProblem, ...]:
