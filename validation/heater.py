@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured heater runs of docs/heater.md as experiments: python validation/heater.py SOURCE TARGET.
 
-SOURCE is the folder data/ of github.com/dowlinglab/pyomo-doe (BSD-3-Clause), measured on a TCLab board. Tests take
-it from beside the repository, where it is present at all: `find()` returns None where it is not, and they skip.
+SOURCE is the folder data/ of github.com/dowlinglab/pyomo-doe (BSD-3-Clause), measured on a TCLab board. Tests and
+`make heater` take it from beside the repository: `find()` returns None where it is not there, and they skip.
 Only the thermal stage can be judged: there is no displacement.
 
 The drive of heater 1 is given in per cent of an unstated power. In the files written here the column
@@ -19,13 +19,20 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 FULL_DRIVE_PERCENT = 100.0
-RUNS = ("sin_5_50_run_1", "sin_5_50_run_2", "step_50_run_1", "step_50_run_2")
+RUNS = (
+    "sin_2_50_run_1",
+    "sin_5_50_run_1",
+    "sin_5_50_run_2",
+    "step_50_run_1",
+    "step_50_run_2",
+    "step_50_run_3",
+)
 
 
 def find(repository: Path = REPOSITORY) -> Path | None:
-    """The folder of the measured runs, or None where this machine has none."""
+    """The folder of the measured runs, or None where one of them is absent."""
     folder = repository.parent / "shared" / "data" / "heater"
-    return folder if any(folder.glob("*_run_*.csv")) else None
+    return folder if all((folder / f"{name}.csv").exists() for name in RUNS) else None
 
 
 def convert(source: Path, target: Path) -> Path:

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make heater`: does the diagnosis name an effect on measured data that no effect of the library explains?
+
+    python validation/heater_splits.py --source pyomo-doe/data --effect sensor_lag.py
+
+Every split of the six heater runs of docs/heater.md into at least two for training and at least one held out: a lumped
+model is fitted to the training runs and diagnosed with the others as test. The heater has a second mass and another
+ambient temperature in every run; the library holds neither, so whatever it names is wrong.
+"""
+
+import argparse
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from joblib import Parallel, delayed, parallel_config
+from tqdm import tqdm
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import heater
+
+from lce_analysis.diagnosis import Diagnosis, diagnose
+from lce_analysis.identification import fit, problem
+from lce_data.channels import TEMPERATURE
+from lce_data.read_runs import read_run
+from lce_data.run import Run
+from lce_model import default_model
+from lce_model.effects import find, library
+
+
+@dataclass(frozen=True)
+class Split:
+    """What was said of one split.
+
+    train, test : names of the runs.
+    added : effects that were named, in their order.
+    train_rms, test_rms : RMS error of the temperature in units of its noise, of the refitted model without them and
+        with them, over all runs together.
+    """
+
+    train: tuple[str, ...]
+    test: tuple[str, ...]
+    verdict: str
+    added: tuple[str, ...]
+    train_rms: tuple[float, float]
+    test_rms: tuple[float, float]
+
+
+def splits(names: Sequence[str]) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Every choice of two runs or more for training that leaves one or more to hold out."""
+    chosen = [c for size in range(2, len(names)) for c in combinations(names, size)]
+    return [(train, tuple(n for n in names if n not in train)) for train in chosen]
+
+
+def diagnosed(train: Sequence[Run], test: Sequence[Run], effect_files: Sequence[str] = ()) -> Diagnosis:
+    """A lumped model fitted to the training runs and diagnosed, the others held out."""
+    model = fit(default_model("lumped", "none"), train).model
+    return diagnose(model, train, test, [*library().values(), *map(find, effect_files)])
+
+
+def judge(folder: Path, train: Sequence[str], test: Sequence[str], effect_files: Sequence[str], threads: int) -> Split:
+    """Judge one split in a worker process, from the experiment files in a folder."""
+    # The product takes all cores for one fit; splits side by side would fight for them.
+    problem._POOL = ThreadPoolExecutor(threads)
+    learned, held_out = ([read_run(folder / f"{name}.csv") for name in names] for names in (train, test))
+    found = diagnosed(learned, held_out, effect_files)
+    before, after = (
+        tuple(table.misfit[column].rms[TEMPERATURE] for table in (found.train, found.test))
+        for column in ("before", "after")
+    )
+    added = tuple(step.added for step in found.steps)
+    return Split(tuple(train), tuple(test), found.verdict, added, (before[0], after[0]), (before[1], after[1]))
+
+
+def run(folder: Path, effect_files: Sequence[str], minutes: float, jobs: int) -> Iterator[Split]:
+    """Judge the splits that begin within the time given, side by side; results come as they are ready."""
+    end, threads = time.monotonic() + 60.0 * minutes, max(1, (os.cpu_count() or 1) // jobs)
+    todo = (
+        delayed(judge)(folder, train, test, effect_files, threads)
+        for train, test in splits(heater.RUNS)
+        if time.monotonic() < end
+    )
+    with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=threads):
+        yield from Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")(todo)
+
+
+def report(done: Sequence[Split]) -> str:
+    """How many splits named an effect, how many had each verdict, and all of them."""
+    ordered = sorted(done, key=lambda s: (len(s.train), s.train))
+    named, everything = sum(bool(s.added) for s in done), len(splits(heater.RUNS))
+    verdicts = Counter(s.verdict for s in done)
+    lines = [
+        "# Splits of the heater runs",
+        "",
+        "Written by `make heater`: the six runs of the [measured heater](heater.md), split in every way into two or",
+        "more for training and one or more held out. A lumped model is fitted to the training runs and diagnosed; the",
+        "held-out runs judge. The library holds no effect that explains this heater, so none should be named. Errors",
+        "are RMS of the temperature in units of the sensor's noise, of the model refitted without what was named →",
+        "with it.",
+        "",
+        f"**{named} of {len(done)} splits named an effect** (bar: none)"
+        + (f"; {everything - len(done)} of {everything} were not run." if len(done) < everything else "."),
+        "",
+        "| verdict | splits |",
+        "|---|---|",
+        *(f"| `{verdict}` | {count} |" for verdict, count in verdicts.most_common()),
+        "",
+        "| training | held out | verdict | named | training error, × noise | held-out error, × noise |",
+        "|---|---|---|---|---|---|",
+        *map(_row, ordered),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _row(split: Split) -> str:
+    train, test = (", ".join(map(_short, names)) for names in (split.train, split.test))
+    errors = (
+        f"{before:.1f} → {after:.1f}" if split.added else f"{before:.1f}"
+        for before, after in (split.train_rms, split.test_rms)
+    )
+    return " | ".join((f"| {train}", test, f"`{split.verdict}`", ", ".join(split.added) or "–", *errors)) + " |"
+
+
+def _short(name: str) -> str:
+    """sin_5_50_run_1 as sin_5/1."""
+    wave, number = name.split("_50_run_")
+    return f"{wave}/{number}"
+
+
+def options() -> argparse.Namespace:
+    """What the command line says."""
+    parser = argparse.ArgumentParser(description="diagnosis on every split of the measured heater runs")
+    parser.add_argument("--source", type=Path, default=heater.find(), help="folder of the measured runs")
+    parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help="a candidate of your own")
+    parser.add_argument("--minutes", type=float, default=30.0, help="stop beginning new splits after this time")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="splits at once")
+    parser.add_argument("--out", type=Path, help="write the report, as docs/heater-splits.md")
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Judge every split; print and write the report."""
+    args = options()
+    if args.source is None:
+        print("heater: skipped, the measured runs are not here; docs/heater.md says where to get them (--source)")
+        return 0
+    done: list[Split] = []
+    with TemporaryDirectory() as name, tqdm(total=len(splits(heater.RUNS)), unit="split", dynamic_ncols=True) as bar:
+        heater.convert_all(args.source, Path(name))
+        for split in run(Path(name), args.effect, args.minutes, args.jobs):
+            done.append(split)
+            bar.set_description_str(", ".join(split.added) or split.verdict)
+            bar.update()
+    text = report(done)
+    print(text)
+    if args.out:
+        args.out.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
