@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What speaks against an effect: each objection has its case, made from plain numbers."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lce_analysis.diagnosis.held_out import HeldOut
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit
+from lce_analysis.diagnosis.misfit import Misfit, Pair
+from lce_analysis.diagnosis.score import Direction, Score
+from lce_analysis.diagnosis.stage_problem import StageProblem
+from lce_analysis.diagnosis.strength import Estimate, Strengths
+from lce_analysis.diagnosis.trial import Trial, gets_worse, objection, penalty, with_effect
+from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_analysis.options import DiagnoseOptions
+from lce_analysis.prediction import Sampling
+from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
+from lce_model import default_model
+from lce_model.effects import find
+
+CREEP = find("creep")
+OPTIONS = DiagnoseOptions()
+LIBRARY = 21
+MODEL = default_model("lumped", "equilibrium").add("creep")
+N = 1000
+
+
+def _fit(mean_square: float, strength: float = 0.1, channel: Channel = DISPLACEMENT) -> LinearizedFit:
+    """A fit of one series that leaves this error, with creep of this strength in its model."""
+    grid = np.arange(float(N))
+    series = ObservedSeries(0, channel, Sampling.between(grid, grid), np.zeros(N), 1.0)
+    problem = Problem(MODEL.set({CREEP.strength_key: strength}), (), (), np.empty(0), (series,))
+    return LinearizedFit(problem, np.empty((N, 0)), np.full(N, np.sqrt(mean_square)))
+
+
+def _misfit(squares: dict[Channel, float]) -> Misfit:
+    return Misfit({c: np.array([x * N]) for c, x in squares.items()}, {c: np.array([float(N)]) for c in squares})
+
+
+def _held_out(before: dict[Channel, float], after: dict[Channel, float], **judged: dict[Channel, float]) -> HeldOut:
+    """Mean squared errors on a test run; on samples away from jumps the same unless given."""
+    of_jumps = (judged.get("judged_before", before), judged.get("judged_after", after))
+    return HeldOut("test runs", ("prbs",), Pair(*map(_misfit, (before, after, *of_jumps))))
+
+
+def _strengths(*by_run: float, error: float = 0.005, overall: float = 0.1, inflation: float = 1.0) -> Strengths:
+    return Strengths(Estimate(overall, error), inflation, tuple(Estimate(x, error) for x in by_run))
+
+
+STAGE = StageProblem("deformation", _fit(5.0, 0.0), (CREEP,), "model")
+SCORE = Score(
+    effect=CREEP,
+    direction=Direction(CREEP, {"creep.tau_v": 8.0}, 1e-4),
+    index=0,
+    evidence=500.0,
+    p_value=0.0,
+    visibility=0.5,
+    expected_strength=0.1,
+    detectable=0.01,
+    predicted_gain=3500.0,
+)
+GOOD = Trial(
+    STAGE,
+    SCORE,
+    _fit(1.0),
+    gain=4000.0,
+    strengths=_strengths(0.098, 0.103),
+    held_out=_held_out({DISPLACEMENT: 5.0}, {DISPLACEMENT: 1.05}),
+)
+
+
+def _objection(**changes: Any) -> str:
+    return objection(replace(GOOD, **changes), LIBRARY, OPTIONS)
+
+
+def test_nothing_speaks_against_what_helps_everywhere_with_one_strength() -> None:
+    assert _objection() == ""
+    assert GOOD.strength == 0.1
+    assert GOOD.reduction == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"gain": 0.0}, {"gain": -3.0}, {"fit": _fit(1.0, 0.0)}, {"fit": _fit(1.0, 1e-9)}],
+    ids=["no gain", "a loss", "at its null value", "as good as there"],
+)
+def test_a_strength_at_its_null_value_or_no_gain_is_none_at_all(changes: dict[str, Any]) -> None:
+    assert _objection(**changes) == "null"
+
+
+def test_a_gain_within_what_chance_gives() -> None:
+    price = penalty(CREEP, LIBRARY, OPTIONS.false_alarm)
+    freed = sum(not p.fixed for p in CREEP.parameters)
+    assert price == pytest.approx(2.0 * freed * np.log(LIBRARY / OPTIONS.false_alarm))
+    assert _objection(gain=0.99 * price, held_out=None) == "chance"
+    assert _objection(gain=1.01 * price, held_out=None) == ""
+
+
+def test_correlated_residuals_raise_the_price() -> None:
+    price = penalty(CREEP, LIBRARY, OPTIONS.false_alarm)
+    inflated = _strengths(0.1, 0.1, inflation=10.0)
+    assert _objection(gain=9.0 * price, strengths=inflated) == "chance"
+    assert _objection(gain=11.0 * price, strengths=inflated) == ""
+
+
+def test_an_effect_that_the_free_parameters_mask() -> None:
+    assert _objection(score=replace(SCORE, visibility=0.5 * OPTIONS.min_visibility)) == "masked"
+
+
+def test_an_error_that_rises_on_data_left_out() -> None:
+    assert _objection(held_out=_held_out({DISPLACEMENT: 5.0}, {DISPLACEMENT: 5.2})) == "worse"
+    both = {TEMPERATURE: 1.0, DISPLACEMENT: 5.0}
+    assert _objection(held_out=_held_out(both, {TEMPERATURE: 1.5, DISPLACEMENT: 1.05})) == "worse"
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [(1.04, 1.0), (50.0, 49.0), (0.9, 0.8), (5.0, 5.05)],
+    ids=["a trifle of the noise", "a small share", "below the noise", "hardly worse"],
+)
+def test_an_effect_that_removes_too_little(before: float, after: float) -> None:
+    assert _objection(held_out=_held_out({DISPLACEMENT: before}, {DISPLACEMENT: after})) == "small"
+
+
+def test_one_sensor_that_gains_is_enough() -> None:
+    before, after = {TEMPERATURE: 1.0, DISPLACEMENT: 1.2}, {TEMPERATURE: 1.0, DISPLACEMENT: 1.1}
+    assert _objection(held_out=_held_out(before, after)) == ""
+
+
+def test_samples_around_jumps_do_not_decide() -> None:
+    told = {DISPLACEMENT: 5.0}, {DISPLACEMENT: 9.0}
+    judged = {"judged_before": {DISPLACEMENT: 5.0}, "judged_after": {DISPLACEMENT: 1.1}}
+    assert _objection(held_out=_held_out(*told, **judged)) == ""
+    assert _objection(held_out=_held_out(*reversed(told), judged_before=told[0], judged_after=told[1])) == "worse"
+
+
+@pytest.mark.parametrize(
+    "by_run",
+    [(0.1, -0.09), (0.3, 0.001), (0.25, 0.26)],
+    ids=["of both signs", "in one run only", "other than that of all together"],
+)
+def test_a_strength_that_varies_from_run_to_run(by_run: tuple[float, ...]) -> None:
+    assert _objection(strengths=_strengths(*by_run)) == "varies"
+
+
+def test_strengths_of_runs_that_can_hardly_tell_do_not_speak_against_it() -> None:
+    assert _objection(strengths=_strengths(0.07, 0.14, error=0.04)) == ""
+
+
+def test_the_plainest_objection_comes_first() -> None:
+    worse = _held_out({DISPLACEMENT: 5.0}, {DISPLACEMENT: 9.0})
+    assert _objection(gain=-1.0, held_out=worse, strengths=_strengths(0.1, -0.1)) == "null"
+    assert _objection(gain=1.0, held_out=worse, strengths=_strengths(0.1, -0.1)) == "chance"
+    assert _objection(held_out=worse, strengths=_strengths(0.1, -0.1)) == "worse"
+
+
+@pytest.mark.parametrize(
+    ("channel", "share"), [(DISPLACEMENT, OPTIONS.worse), (TEMPERATURE, OPTIONS.bent)], ids=["own", "of another stage"]
+)
+@pytest.mark.parametrize("level", [0.8, 4.0])
+def test_an_error_may_rise_by_a_share_of_itself_or_of_the_noise(channel: Channel, share: float, level: float) -> None:
+    allowed = share * max(level, 1.0)
+    for factor, worse in ((0.99, False), (1.01, True)):
+        held_out = _held_out({channel: level}, {channel: level + factor * allowed})
+        assert gets_worse(STAGE, held_out, OPTIONS) is worse
+
+
+def test_a_sensor_of_its_own_stage_may_rise_less_than_one_of_another() -> None:
+    heat = StageProblem("heat", _fit(5.0, 0.0, TEMPERATURE), (), "model")
+    bent = _held_out({TEMPERATURE: 1.0}, {TEMPERATURE: 1.1})
+    assert not gets_worse(STAGE, bent, OPTIONS)
+    assert gets_worse(heat, bent, OPTIONS)
+
+
+def test_a_trial_frees_every_parameter_of_the_effect_that_a_fit_may_change() -> None:
+    radiation = find("radiation")
+    model = MODEL.add("radiation")
+    problem = replace(STAGE.fit.problem, model=model, free=(model.index("lumped.tau"),))
+    freed = with_effect(problem, radiation)
+    assert {model.values[i].key for i in freed.free} == {"lumped.tau", "radiation.emissivity"}
+    assert freed.free == tuple(sorted(freed.free))
+    assert with_effect(freed, radiation).free == freed.free
