@@ -98,13 +98,19 @@ def test_what_no_effect_explains_is_called_unexplained_and_nothing_is_named() ->
     assert found.fingerprint
 
 
-def test_without_a_run_held_out_each_run_is_left_out_and_a_single_one_in_blocks() -> None:
+@pytest.mark.parametrize(("runs", "how"), [(2, "each run in turn"), (1, "each block in turn")])
+def test_without_a_run_held_out_runs_are_left_out_or_blocks_of_a_single_one(runs: int, how: str) -> None:
     train, _ = _campaign(_strip_with("creep"))
-    for runs, how in ((train, "each run in turn"), (train[:1], "each block in turn")):
-        found = diagnose(BASE, runs, effects=CANDIDATES)
+    found = diagnose(BASE, train[:runs], effects=CANDIDATES)
+    creep = next(c for c in found.candidates if c.effect.name == "creep")
+    assert creep.trial is not None
+    assert creep.trial.held_out is not None
+    assert creep.trial.held_out.how == how
+    assert any("--test" in sentence for sentence in found.sentences)
+    if runs == 1:  # one pulse has too little in its blocks for what is left out
+        assert found.verdict == "cannot_tell"
+    else:
         assert [s.added for s in found.steps] == ["creep"]
-        assert found.steps[0].held_out.how == how
-        assert any("Give" in sentence and "--test" in sentence for sentence in found.sentences)
 
 
 def test_a_thermal_model_is_diagnosed_on_runs_that_hold_a_displacement_too() -> None:
@@ -161,7 +167,8 @@ def test_adding_an_effect_keeps_its_standard_error_and_the_history() -> None:
     assert abs(share.value - 0.1) < 5.0 * share.standard_error
     assert addition.confirmed
     assert "confirmed on prbs" in addition.sentence
-    assert 0.5 < addition.predicted_reduction < addition.actual_reduction + 0.1 < 1.1
+    assert 0.5 < addition.predicted_reduction <= 1.0
+    assert addition.actual_reduction > 0.95
     before, after = addition.model.fit["history"]
     assert after["effects"] == ["creep"]
     assert after["verdict"] == "confirmed"

@@ -26,7 +26,11 @@ _WINDOWS: Final = (16, 32, 64, 128)
 _CALM: Final = 0.2
 """Share of the windows in which the cubic has to be enough."""
 _GROWTH: Final = 1.5
-"""Noise that the shorter windows have seen grows by less when the window doubles; what grows more is signal."""
+"""What the estimate may grow by from the shortest window to the next: the slower the noise, the more."""
+_STEADY: Final = 1.15
+"""It may always grow by this."""
+_SLACK: Final = 1.05
+"""Noise makes it grow less with every doubling, but for this scatter; the signal makes it grow more."""
 _PHI: Final = np.linspace(0.0, 0.96, 49)
 """Correlation of autoregressive noise from sample to sample, as far as it can be told from the signal."""
 _FIRST: Final = 5.0
@@ -40,8 +44,8 @@ def noise_floor(series: Series) -> float:
 
     White noise is estimated from third differences, in which a smooth signal vanishes. Noise that is correlated from
     sample to sample shows in longer windows: there the residual of a cubic counts, in the calmest fifth of the windows,
-    so that corners of the signal stay out of it. The window grows up to 128 samples while the estimate grows no faster
-    than noise can. Noise slower than that cannot be told from the signal. A quantised series has at least the rounding
+    so that corners of the signal stay out of it. The window grows up to 128 samples as long as the estimate grows as
+    noise does. Noise slower than that cannot be told from the signal. A quantised series has at least the rounding
     noise of its step q, q/√12. The result is never zero: a series without noise gives 1e-6 of its range.
     """
     value = series.value
@@ -49,14 +53,14 @@ def noise_floor(series: Series) -> float:
     if value.size < 8:
         return smallest
     third = np.abs(np.diff(value, 3))
-    noise = _MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN
-    limit = _FIRST * noise
+    noise = max(_MAD_TO_RMS * float(np.median(third)) / _THIRD_DIFFERENCE_GAIN, 1e-300)
+    growth = _FIRST
     for window in _WINDOWS:
         longer = _rms_around_cubic(value, window)
-        if longer > limit:
+        if longer > growth * noise:
             break
+        growth = _GROWTH if growth == _FIRST else max(_SLACK * longer / noise, _STEADY)
         noise = max(noise, longer)
-        limit = _GROWTH * noise
     return max(noise, _quantum(value) / _ROUNDING, smallest)
 
 

@@ -10,7 +10,6 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.ranking import REASON
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
-from lce_analysis.diagnosis.trial import gets_worse
 from lce_analysis.diagnosis.words import outcome
 from lce_analysis.identification.result import FitResult
 from lce_analysis.options import DiagnoseOptions, FitOptions
@@ -108,12 +107,9 @@ def add_effect(
         raise LceError(f"the model has {chosen.name} already")
     others = [e for e in library().values() if e.name != chosen.name and e.reference not in model.effects]
     search = Search(model, runs, test_runs, [chosen, *others], options, watched(progress, cancel))
-    trial = search.force(chosen)
-    (step,) = search.steps
-    after = step.with_it.model
+    step = search.force(chosen)
+    trial, after = step.trial, step.with_it.model
     objection = REASON[trial.objection] if trial.objection else ""
-    if not objection and gets_worse(trial.stage, step.held_out, options):
-        objection = REASON["worse"]
     entries = model.fit.get("history", [_entry(search.base.model, search, model.fit.get("verdict", ""))])
     history = [*entries, _entry(after, search, "not confirmed" if objection else "confirmed")]
     models = columns(search, model)

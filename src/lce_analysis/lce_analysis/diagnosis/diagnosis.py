@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The answer of a diagnosis: verdict, what was added and why, the error in three columns, and what is left."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -14,7 +13,6 @@ from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search, Step
-from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection
 from lce_analysis.diagnosis.words import in_words
@@ -245,16 +243,10 @@ def _verdict(search: Search) -> Verdict:
     """Worth adding; else nothing is left; else something that an effect might be, or none of the library."""
     if search.steps:
         return "missing"
-    if _largest(search.present) <= search.options.explained:
+    if search.present.worst <= search.options.explained:
         return "adequate"
-    doubtful = any(t.objection in DOUBTFUL and t.reduction >= search.options.most for t in search.tried.values())
+    doubtful = any(t.objection in DOUBTFUL and t.reduction >= search.options.most for t in search.trials.tried.values())
     return "cannot_tell" if doubtful else "unexplained"
-
-
-def _largest(fit: StagedFit) -> float:
-    """The largest RMS residual of a sensor, in units of its noise."""
-    problems = [p for p in (*fit.heat[:1], fit.deformation) if p is not None]
-    return max((math.sqrt(x) for p in problems for x in p.fit.mean_squares.values()), default=0.0)
 
 
 def columns(search: Search, given: Model) -> Mapping[Column, Model]:

@@ -142,9 +142,13 @@ class Pair:
 
 
 def share_removed(before: Misfit, after: Misfit, channel: Channel) -> float:
-    """Share of a channel's squared error above the noise that went; 0 where nothing was above it."""
-    above = before.above_noise(channel)
-    return (above - after.above_noise(channel)) / above if above > 0.0 else 0.0
+    """Share of a channel's squared error above the noise that went; 0 where nothing was above it.
+
+    A model that comes below the noise as estimated shows that the noise is no larger than what it leaves.
+    """
+    old, new = before.mean_square(channel), after.mean_square(channel)
+    above = old - min(NOISE, new)
+    return (old - new) / above if above > 0.0 else 0.0
 
 
 def reduction_of(before: Mapping[Channel, float], after: Mapping[Channel, float]) -> float:

@@ -76,7 +76,7 @@ class Candidate:
 def ranking(search: Search) -> tuple[Candidate, ...]:
     """Every candidate once: what was accepted, what was tried by its gain, then the rest by what it promised."""
     accepted = {step.added: step for step in search.steps}
-    found = [_candidate(search, name, score, accepted.get(name)) for name, score in search.scores.items()]
+    found = [_candidate(search, name, score, accepted.get(name)) for name, score in search.trials.scores.items()]
     order = list(accepted)
 
     def key(c: Candidate) -> tuple[float, float]:
@@ -88,10 +88,10 @@ def ranking(search: Search) -> tuple[Candidate, ...]:
 
 
 def _candidate(search: Search, name: str, score: Score, step: Step | None) -> Candidate:
-    aliases = search.aliases.get(name, ())
+    aliases = search.trials.aliases.get(name, ())
     if step is not None:
         return Candidate(step.trial.score, step.trial, "missing", "worth having", aliases)
-    trial = search.tried.get(name)
+    trial = search.trials.tried.get(name)
     if trial is None:
         return Candidate(score, None, "not tried", "it promised too little for a refit", aliases)
     standing: Standing = "trace" if trial.objection in TRACES else "rejected"

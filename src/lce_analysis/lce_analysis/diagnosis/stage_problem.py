@@ -7,6 +7,7 @@ it, the thermal parameters stay as the heat alone has them; where not even the h
 measured one, smoothed, drives the deformation.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -73,6 +74,22 @@ class StagedFit:
     def drive(self) -> Drive:
         """What drives the deformation."""
         return "model" if self.deformation is None else self.deformation.drive
+
+    @property
+    def mean_squares(self) -> dict[Channel, float]:
+        """Mean squared error of each sensor, by the problem that has the last word on it."""
+        problems = [p for p in (*self.heat[:1], self.deformation) if p is not None]
+        return {channel: x for p in problems for channel, x in p.fit.mean_squares.items()}
+
+    @property
+    def error(self) -> float:
+        """Sum of the mean squared errors of all sensors."""
+        return sum(self.mean_squares.values())
+
+    @property
+    def worst(self) -> float:
+        """The largest RMS error of a sensor, in units of its noise."""
+        return math.sqrt(max(self.mean_squares.values(), default=0.0))
 
 
 @dataclass(frozen=True)

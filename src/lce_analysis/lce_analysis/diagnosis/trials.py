@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trials of the candidates of a stage: the few that promise most, refitted and judged, and a record of all of them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+from lce_analysis.diagnosis.held_out import DataLeftOut
+from lce_analysis.diagnosis.linearized_fit import refit, samples
+from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
+from lce_analysis.diagnosis.stage_problem import StageProblem
+from lce_analysis.diagnosis.strength import strengths
+from lce_analysis.diagnosis.trial import Objection, Trial, first_step, objection, penalty, with_effect
+from lce_analysis.identification.parallel import each
+from lce_analysis.options import DiagnoseOptions
+from lce_data.progress import Progress
+from lce_model.effects import Effect
+
+
+class Trials:
+    """Tries candidates, and keeps the latest that is known of each.
+
+    scores, tried, aliases : by name of the effect, its score test, its trial, and effects that look like it.
+    """
+
+    def __init__(self, candidates: int, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress) -> None:
+        self.candidates, self.left_out, self.options, self.progress = candidates, left_out, options, progress
+        self.scores: dict[str, Score] = {}
+        self.tried: dict[str, Trial] = {}
+        self.aliases: dict[str, tuple[str, ...]] = {}
+
+    def likely(self, stages: Sequence[StageProblem]) -> list[Trial]:
+        """The candidates that promise most, refitted, not judged yet; the best first."""
+        trials: list[Trial] = []
+        for stage in stages:
+            tested = self._tested(stage)
+            trials += self._refitted(stage, tested, self._promising(stage, tested.scores))
+        return sorted(trials, key=self._lost)
+
+    def of(self, effect: Effect, stages: Sequence[StageProblem]) -> Trial:
+        """One effect, tried and judged where it does most, whatever it promises."""
+        trials: list[Trial] = []
+        for stage in stages:
+            tested = self._tested(stage)
+            trials += self._refitted(stage, tested, [s for s in tested.scores if s.effect == effect])
+        judged = [self._judged(trial) for trial in trials]
+        best = min(judged, key=lambda t: (bool(t.objection), self._lost(t)))
+        if best.held_out is None:
+            best = replace(best, held_out=self.left_out.errors(best.stage, best.fit.problem, effect.name))
+        self.tried[effect.name] = best
+        return best
+
+    def judged(self, trials: Sequence[Trial]) -> list[Trial]:
+        """The same, the best few judged on data left out; of the others, whether anything else speaks against them."""
+        found = []
+        for i, trial in enumerate(trials):
+            judged = self._judged(trial, on_data_left_out=i < self.options.contenders)
+            found.append(judged if judged.objection or judged.held_out else replace(judged, objection="less"))
+        self.tried |= {trial.effect.name: trial for trial in found}
+        return found
+
+    def objection(self, trial: Trial) -> Objection:
+        """What speaks against the effect."""
+        return objection(trial, self.candidates, self.options)
+
+    def reject(self, trial: Trial, reason: Objection) -> None:
+        """Note why an effect was not accepted."""
+        self.tried[trial.effect.name] = replace(trial, objection=reason)
+
+    def alias_set(self, best: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
+        """The effects that explain the same: refitted nearly as well, or collinear and never refitted."""
+        inflation = best.strengths.inflation if best.strengths else 1.0
+        threshold = 2.0 * math.log(self.options.min_likelihood_ratio) * inflation
+        close = [t.effect.name for t in trials if t.stage.part == best.stage.part and best.gain - t.gain < threshold]
+        refitted = {t.effect.name for t in trials}
+        collinear = [
+            name
+            for name in self.aliases[best.effect.name]
+            if name not in refitted
+            and self.scores[name].predicted_gain > self.options.alias_evidence * best.score.predicted_gain
+        ]
+        return tuple(dict.fromkeys([best.effect.name, *close, *collinear]))
+
+    def _tested(self, stage: StageProblem) -> ScoreTestResult:
+        """The score test of a stage; what it says of each effect is kept."""
+        critical_value = 2.0 * math.log(max(self.candidates, 1) / self.options.false_alarm)
+        tested = score_test(stage.fit, stage.candidates, critical_value)
+        for score in tested.scores:
+            others = [o.effect.name for o in tested.scores if o is not score]
+            alike = [o for o in others if tested.collinearity(score, o) >= self.options.alias_correlation]
+            self.scores[score.effect.name] = score
+            self.aliases[score.effect.name] = tuple(alike)
+        return tested
+
+    def _promising(self, stage: StageProblem, scores: Sequence[Score]) -> Sequence[Score]:
+        """The few that promise most, of those that promise a fair part of what would be worth having."""
+        least = self.options.promise * self.options.worth_noise * min(samples(stage.fit.problem.observed).values())
+        return [s for s in scores if s.predicted_gain > least][: self.options.refitted]
+
+    def _refitted(self, stage: StageProblem, tested: ScoreTestResult, scores: Sequence[Score]) -> list[Trial]:
+        starts = [with_effect(first_step(stage, s, tested.plain.solve), s.effect) for s in scores]
+        tasks = [
+            partial(refit, start, f"with {s.effect.name}", iterations=self.options.iterations)
+            for start, s in zip(starts, scores, strict=True)
+        ]
+        fits = each(tasks, "refits", self.progress)
+        return [Trial(stage, s, fit, stage.fit.error - fit.error) for s, fit in zip(scores, fits, strict=True)]
+
+    def _judged(self, trial: Trial, on_data_left_out: bool = True) -> Trial:
+        problem = trial.fit.problem
+        column = problem.free.index(problem.model.index(trial.effect.strength_key))
+        trial = replace(trial, strengths=strengths(trial.fit, column))
+        found = self.objection(trial)
+        if found or not on_data_left_out:
+            return replace(trial, objection=found)
+        trial = replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))
+        return replace(trial, objection=self.objection(trial))
+
+    def _lost(self, trial: Trial) -> float:
+        """Penalty less gain: the best trial has least."""
+        return penalty(trial.effect, self.candidates, self.options.false_alarm) - trial.gain
