@@ -105,12 +105,18 @@ def test_pairs_of_further_runs_stand_behind() -> None:
 
 
 def test_only_what_is_above_the_noise_counts() -> None:
-    before, after = _misfit(5.0, 1.0), _misfit(2.0, 0.9)
+    before, after = _misfit(5.0, 1.0), _misfit(2.0, 1.0)
     assert share_removed(before, after, TEMPERATURE) == pytest.approx(0.75)
     assert share_removed(before, after, DISPLACEMENT) == 0.0
     assert reduction(before, after, SENSORS) == pytest.approx(0.75)
-    assert share_removed(before, _misfit(0.5), TEMPERATURE) == 1.0  # below the noise there is nothing to gain
+    assert reduction(_misfit(5.0, 0.9), _misfit(2.0, 0.5), SENSORS) == pytest.approx(0.75)
     assert share_removed(before, _misfit(6.0), TEMPERATURE) == pytest.approx(-0.25)
+
+
+def test_a_model_that_comes_below_the_noise_as_estimated_has_removed_all() -> None:
+    assert share_removed(_misfit(5.0), _misfit(0.5), TEMPERATURE) == 1.0
+    assert share_removed(_misfit(0.98), _misfit(0.9), TEMPERATURE) == 1.0
+    assert share_removed(_misfit(0.9), _misfit(0.9), TEMPERATURE) == 0.0
 
 
 def test_a_sensor_with_many_samples_counts_no_more_than_one_with_few() -> None:
