@@ -160,7 +160,8 @@ class DiagnoseOptions:
     alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors.
     most, nearly_all, near : the last effect of a part of the model must take away the share ``most`` of what was left
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
-        the noise: what takes less stands in for something that neither the library nor the base model holds.
+        the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
+        measured temperature has to drive the deformation, it must do both.
     bent : the temperature may be explained worse, by this share, together with the displacement than alone.
     explained : a sensor whose RMS error is within so many times its noise is explained.
     alias_correlation : |ρ| from which two effects look alike.

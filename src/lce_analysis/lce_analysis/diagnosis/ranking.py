@@ -21,7 +21,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "null": "refitted, its strength stays at zero or the error does not fall",
     "chance": "the error falls no more than chance would let it",
     "masked": "the free parameters of the model can do the same",
-    "worse": "on data left out an error rises",
+    "worse": "an error rises, on data left out or of another sensor",
     "small": "it removes too little of the error on data left out",
     "varies": "every run wants another strength of it",
 }

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
+from lce_analysis.diagnosis.misfit import NOISE, JudgedRuns, Misfit, reduction, share_removed
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
 from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse
 from lce_analysis.diagnosis.trials import Trials
@@ -255,20 +255,27 @@ class Search:
 def _explains(last: Step, options: DiagnoseOptions) -> bool:
     """Does the last effect of a part of the model take most of what was left of the error of a sensor?
 
-    If not, it stands in for something else, that the library or the base model lacks.
+    If not, it stands in for something else, that the library or the base model lacks. Where the heat is not explained,
+    and the measured temperature drives the deformation, the effect has to bring the displacement near its noise.
     """
+    driven = last.trial.stage.drive == "measured"
     before, after = last.held_out.errors.judged_before, last.held_out.errors.judged_after
     for channel in (c for c in last.trial.stage.channels if c in before.total):
         fall = before.mean_square(channel) - after.mean_square(channel)
         close = after.mean_square(channel) <= options.near**2
-        needed = options.most if close else options.nearly_all
-        if fall > options.worth_noise and share_removed(before, after, channel) >= needed:
+        needed = options.most if close and not driven else options.nearly_all
+        share = share_removed(before, after, channel)
+        if fall > options.worth_noise and share >= needed and (close or not driven):
             return True
     return False
 
 
 def _helped(step: Step, options: DiagnoseOptions) -> bool:
-    """Is there less error in the runs, and in a sensor of its stage on data left out, as it will be told?"""
+    """Is there less error as it will be told: in the runs, of no sensor much more, and on data left out?"""
+    without, with_it = step.train
+    rises = {c: with_it.mean_square(c) - without.mean_square(c) for c in without.total}
+    if any(rise > options.bent * max(without.mean_square(c), NOISE) for c, rise in rises.items()):
+        return False
     before, after = step.held_out.before, step.held_out.after
     channels = [c for c in step.trial.stage.channels if c in before.total]
     falls = any(after.mean_square(c) < before.mean_square(c) for c in channels)

@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 
 BLOCK_S: Final = 10.0
 """Length of a block [s]: longer than the noise of any sensor is correlated."""
+FEWEST: Final = 4
+"""Blocks for each free variable, at least; in short runs they are shorter."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,7 @@ class Strengths:
 def strengths(fit: LinearizedFit, column: int) -> Strengths:
     """Strengths of the effect whose strength is the free variable ``column`` of a fit that stands at its optimum.
 
-    They are in the unit of the parameter, as differences from its null value only if that is 0: the value at the
-    optimum plus what each run would change.
+    They are in the unit of the parameter: the value at the optimum, and that plus what each run would change.
     """
     runs = len(fit.problem.inputs)
     blocks = _blocks(fit)
@@ -89,13 +90,10 @@ def strengths(fit: LinearizedFit, column: int) -> Strengths:
     apart = np.zeros((own.size, runs))
     apart[np.arange(own.size), run_of] = own
     step, errors, _ = _solve(np.column_stack([others, apart]), fit.residual, blocks)
-    by_run = [
-        Estimate(value + slope * float(step[others.shape[1] + i]), slope * float(errors[others.shape[1] + i]))
-        if np.isfinite(errors[others.shape[1] + i])
-        else None
-        for i in range(runs)
-    ]
-    return Strengths(Estimate(value, slope * float(shared[-1])), float(inflation[-1]), tuple(by_run))
+    first = others.shape[1]
+    found = [Estimate(value + slope * float(step[first + i]), slope * float(errors[first + i])) for i in range(runs)]
+    by_run = tuple(e if np.isfinite(e.standard_error) and e.standard_error > 0.0 else None for e in found)
+    return Strengths(Estimate(value, slope * float(shared[-1])), float(inflation[-1]), by_run)
 
 
 def _slope(fit: LinearizedFit, column: int) -> float:
@@ -108,12 +106,13 @@ def _slope(fit: LinearizedFit, column: int) -> float:
 def _blocks(fit: LinearizedFit) -> NDArray[np.intp]:
     """Number of the block (N,) of each sample: the same for all sensors of a run at the same time."""
     observed, numbers = fit.problem.observed, []
-    longest = max(float(i.time_s[-1] - i.time_s[0]) for i in fit.problem.inputs)
-    per_run = int(longest // BLOCK_S) + 1
+    spans_s = [float(i.time_s[-1] - i.time_s[0]) for i in fit.problem.inputs]
+    length = min(BLOCK_S, sum(spans_s) / (FEWEST * max(fit.free, 1)))
+    per_run = int(max(spans_s) // length) + 1
     for series in observed:
         time = fit.problem.inputs[series.run].time_s
         at = series.sampling(time - time[0])
-        numbers.append(series.run * per_run + (at // BLOCK_S).astype(np.intp))
+        numbers.append(series.run * per_run + (at // length).astype(np.intp))
     return np.concatenate(numbers)
 
 

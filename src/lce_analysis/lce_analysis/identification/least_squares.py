@@ -19,6 +19,8 @@ DIFFERENTIAL_WEIGHT: Final = 0.8
 EPSILON: Final = 1e-4
 """ε1 of §5.3, on the error as (4.18) is printed."""
 TOLERANCE: Final = 1e-9
+FARTHEST: Final = 1e6
+"""Largest weighted residual that counts: a step out of the way shall not overflow."""
 POPULATION: Final = 10
 """Candidates per parameter."""
 FIRST_CANDIDATES: Final = 4000
@@ -51,7 +53,7 @@ def levenberg_marquardt(
         nonlocal best, count
         count += 1
         r = problem.residuals(np.clip(variables, low, high))
-        r = np.where(np.isfinite(r), r, 1e6)
+        r = np.where(np.isfinite(r), np.clip(r, -FARTHEST, FARTHEST), FARTHEST)
         rms = float(np.sqrt(np.mean(r**2)))
         if rms < best.rms:
             best = Optimum(np.clip(variables, low, high), rms, count, False)
