@@ -139,6 +139,6 @@ def _effect_of(module: ModuleType, where: str) -> Effect:
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise LceError(f"{where}: defines no EFFECT = Effect(...)")
-    first_line = (module.__doc__ or effect.equation).strip().partition("\n")[0]
+    first_line = (module.__doc__ or effect.equation).strip().partition("\n")[0].rstrip(".")
     title = effect.title or effect.name.replace("_", " ")
     return replace(effect, title=title, meaning=effect.meaning or first_line)
