@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from cases import kind
 from families import FAMILIES, Family
+from peer import PEER_HEAD, peer_rows
 from scipy.stats import binomtest, chi2
 
 Result = dict[str, Any]
@@ -185,13 +186,29 @@ def cases_table(results: Sequence[Result]) -> list[str]:
     return lines
 
 
-def report(results: Sequence[Result], version: str) -> str:
-    """The whole document."""
+def peer_table(peer: Sequence[Result]) -> list[str]:
+    """What petab-select finds on the same runs; nothing where it was not asked."""
+    if not peer:
+        return []
+    cases = len({r["case"] for r in peer})
+    return [
+        "## Peer: petab-select, forward by BIC",
+        "",
+        f"On {cases} of the cases.",
+        "",
+        *PEER_HEAD,
+        *peer_rows(peer),
+        "",
+    ]
+
+
+def report(results: Sequence[Result], version: str, peer: Sequence[Result] = ()) -> str:
+    """The whole document; ``peer`` are the results of `validation/hidden/peer.py`."""
     lines = ["# Hidden effects", "", HEAD.format(version=version), "", *overview(results), ""]
     for family in FAMILIES.values():
         if members := [r for r in results if r["family"] == family.name]:
             lines += family_table(members, family)
-    return "\n".join([*lines, "## Cases", "", *cases_table(results), ""])
+    return "\n".join([*lines, *peer_table(peer), "## Cases", "", *cases_table(results), ""])
 
 
 HEAD = """Written by `make hidden`, version {version}. Strips of `validation/hidden`, which share no code with the

@@ -30,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from campaign import CAMPAIGNS, Case
 from cases import cases
 from families import FAMILIES
+from peer import RESULTS, read_results
 from report import report
 
 FOLDER = Path(__file__).resolve().parent
@@ -131,6 +132,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once on this machine")
     parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
     parser.add_argument("--results", type=Path, default=Path("hidden-results.jsonl"))
+    parser.add_argument("--peer", type=Path, default=RESULTS, help="results of validation/hidden/peer.py, for its row")
     parser.add_argument("--fresh", action="store_true", help="forget the results there are")
     parser.add_argument("--out", type=Path, help="write the report, as docs/hidden.md")
     return parser.parse_args()
@@ -161,7 +163,7 @@ def main() -> int:
         except KeyboardInterrupt:
             status = 130
     names = {c.name for c in chosen}
-    text = report([r for r in done if r["case"] in names], now)
+    text = report([r for r in done if r["case"] in names], now, read_results(args.peer))
     print(text)
     if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")
