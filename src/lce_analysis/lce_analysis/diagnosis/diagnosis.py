@@ -13,12 +13,13 @@ from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search, Step
+from lce_analysis.diagnosis.stage_problem import Part, StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection
 from lce_analysis.diagnosis.words import in_words
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
-from lce_data.channels import SENSORS, Channel
+from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model
@@ -53,6 +54,8 @@ class Diagnosis:
     verdict : "adequate" (nothing is missing), "missing" (effects of the library are worth adding), "unexplained"
         (something is left that no effect of the library explains) or "cannot_tell".
     given, before, model : as given, refitted to the runs without any addition, and with what was accepted.
+    at_fault : the part of the model that left a sensor unexplained before anything was added; None if none did.
+    bent : would the deformation have bent the temperature, had both been fitted together in the end?
     drive : what drove the deformation when it was judged.
     steps : the additions in their order.
     candidates : one per effect of the library, sorted by what decides.
@@ -69,6 +72,8 @@ class Diagnosis:
     given: Model
     before: Model
     model: Model
+    at_fault: Part | None
+    bent: bool
     drive: Drive
     steps: tuple[Step, ...]
     candidates: tuple[Candidate, ...]
@@ -224,6 +229,8 @@ def diagnose(
         given=model,
         before=search.base.model,
         model=search.present.model,
+        at_fault=_at_fault(search.base, options),
+        bent=search.present.bent,
         drive=search.present.drive,
         steps=tuple(search.steps),
         candidates=ranking(search),
@@ -247,6 +254,15 @@ def _verdict(search: Search) -> Verdict:
         return "adequate"
     doubtful = any(t.objection in DOUBTFUL and t.reduction >= search.options.most for t in search.trials.tried.values())
     return "cannot_tell" if doubtful else "unexplained"
+
+
+def _at_fault(base: StagedFit, options: DiagnoseOptions) -> Part | None:
+    """The part of the model behind the sensors that are beyond their noise."""
+    beyond = {channel for channel, x in base.mean_squares.items() if x > options.explained**2}
+    if not beyond:
+        return None
+    heat = TEMPERATURE in beyond
+    return ("heat" if beyond == {TEMPERATURE} else "both") if heat else "deformation"
 
 
 def columns(search: Search, given: Model) -> Mapping[Column, Model]:

@@ -3,24 +3,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
 
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.misfit import Misfit
+from lce_analysis.diagnosis.stage_problem import Part
 from lce_data.channels import Channel
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from lce_analysis.diagnosis.diagnosis import Diagnosis
     from lce_analysis.diagnosis.search import Step
+
+
+PARTS: Final[Mapping[Part, str]] = {
+    "heat": "the heat (P → T)",
+    "deformation": "the deformation (T → d)",
+    "both": "the heat (P → T), and perhaps the deformation (T → d) behind it",
+}
 
 
 def in_words(found: Diagnosis) -> Iterator[str]:
     """The verdict, then the stage at fault, what is left, traces, and what the data could not show."""
     yield from _verdict(found)
     if found.verdict != "adequate":
-        yield _stage_at_fault(found)
+        yield from _stage_at_fault(found)
     if found.steps and (left := _amounts(found.discrepancy)):
         yield f"Beyond the noise of the sensors the model is still wrong by {left} rms."
     if found.traces:
@@ -81,9 +90,20 @@ def _step(step: Step) -> Iterator[str]:
         yield f"These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
 
 
-def _stage_at_fault(found: Diagnosis) -> str:
-    """Which stage the model as refitted explains, and which not."""
-    return f"Before anything was added, the model left {_levels(found.train.misfit['before'])}."
+def _stage_at_fault(found: Diagnosis) -> Iterator[str]:
+    """Which part of the model left its sensor unexplained, and what that meant for the other."""
+    left = f"before anything was added, the model left {_levels(found.train.misfit['before'])}."
+    if found.at_fault is None:
+        yield left[0].upper() + left[1:]
+    else:
+        yield f"At fault is {PARTS[found.at_fault]}: {left}"
+    if found.drive == "measured":
+        yield "The heat does not explain the temperature, so the measured one, smoothed, drove the deformation."
+    elif found.bent:
+        yield (
+            "Fitted together with the displacement the temperature would be explained worse, so the heat was fitted "
+            "alone."
+        )
 
 
 def _without_test(found: Diagnosis) -> str:
