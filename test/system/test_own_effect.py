@@ -81,7 +81,7 @@ def test_the_first_line_of_the_docstring_is_the_meaning_unless_the_file_gives_on
     file = folder / "glare.py"
     glare = find(str(file))
     assert glare.title == "glare"
-    assert glare.meaning == "Laser light that the strip reflects into the camera: T_meas = T + b P."
+    assert glare.meaning == "Laser light that the strip reflects into the camera: T_meas = T + b P"
     named = EFFECT.replace(
         'name="glare",', 'name="glare", title="glare of the laser", meaning="the camera sees the laser",'
     )

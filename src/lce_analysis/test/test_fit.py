@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lce_analysis.identification import fit, fit_each, identify
+from lce_analysis.identification import fit, fit_each
+from lce_analysis.identification.stages import thermal_stage
 from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
@@ -137,9 +138,9 @@ def test_what_cannot_be_fitted(change: Callable[[list[Run]], list[Run]], told: s
 
 def test_the_thermal_stage_is_fitted_alone_unless_the_strip_acts_back_on_it() -> None:
     model = default_model("lumped", "kinetic", ("natural_convection", "camera_lag", "creep"))
-    alone = identify._thermal_stage(model)
+    alone = thermal_stage(model)
     assert (alone.deformation, alone.effects) == ("none", ("natural_convection", "camera_lag"))
     heat = [v.key for v in model.values if v.term in ("ambient", "natural_convection", "lumped")]
     assert [v.key for v in alone.values][: len(heat)] == [v.key for v in model.values][: len(heat)] == heat
     acts_back = default_model("lumped", "kinetic", ("order_dependent_absorption",))
-    assert identify._thermal_stage(acts_back) is acts_back
+    assert thermal_stage(acts_back) is acts_back

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import NOISE, JudgedRuns, Misfit, reduction, share_removed
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
-from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse
+from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, rises
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.identify import fit as identify
@@ -272,9 +272,7 @@ def _explains(last: Step, options: DiagnoseOptions) -> bool:
 
 def _helped(step: Step, options: DiagnoseOptions) -> bool:
     """Is there less error as it will be told: in the runs, of no sensor much more, and on data left out?"""
-    without, with_it = step.train
-    rises = {c: with_it.mean_square(c) - without.mean_square(c) for c in without.total}
-    if any(rise > options.bent * max(without.mean_square(c), NOISE) for c, rise in rises.items()):
+    if rises(step.trial.stage, *step.train, options.bent, options):
         return False
     before, after = step.held_out.before, step.held_out.after
     channels = [c for c in step.trial.stage.channels if c in before.total]

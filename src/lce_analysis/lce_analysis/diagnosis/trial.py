@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
-from lce_analysis.diagnosis.misfit import NOISE, reduction_of, share_removed
+from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction_of, share_removed
 from lce_analysis.diagnosis.score import Score
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Strengths
@@ -128,12 +128,21 @@ def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions)
 
 
 def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> bool:
-    """Does the error of a sensor rise on the data left out? Those of another stage may by as much as it may be bent."""
-    before, after = held_out.errors.judged_before, held_out.errors.judged_after
-    for channel in before.total:
-        rise = after.mean_square(channel) - before.mean_square(channel)
-        allowed = options.worse if channel in stage.channels else options.bent
-        if rise > allowed * max(before.mean_square(channel), NOISE):
+    """Does the error of a sensor rise on the data left out?"""
+    return rises(stage, held_out.errors.judged_before, held_out.errors.judged_after, options.worse, options)
+
+
+def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, options: DiagnoseOptions) -> bool:
+    """Does the error of a sensor of the stage rise by more than the share allowed?
+
+    A sensor of another stage may rise by as much as it may be bent, or by half of what a sensor of the stage gains.
+    """
+    falls = {c: before.mean_square(c) - after.mean_square(c) for c in before.total}
+    most = max((fall for c, fall in falls.items() if c in stage.channels), default=0.0)
+    for channel, fall in falls.items():
+        scale = max(before.mean_square(channel), NOISE)
+        limit = allowed * scale if channel in stage.channels else max(options.bent * scale, 0.5 * most)
+        if -fall > limit:
             return True
     return False
 

@@ -47,6 +47,8 @@ from lce_model.terms import STAGES, Stage
 
 Floats = NDArray[np.float64]
 
+ASTRAY = 0.1
+"""Share of the spread of a series: a search that leaves more is begun again once, from other guesses."""
 HALVING = ((20, 8), (5, 25), (2, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps.
 
@@ -129,6 +131,13 @@ def check_runs(model: Model, runs: Sequence[Run], options: FitOptions = FitOptio
     if model.deformation != "none" and not any(channel in run.series for run in runs for channel in mechanical):
         names = " or ".join(channel.name for channel in mechanical)
         raise LceError(f"no run has a {names}; fit with --deformation none")
+
+
+def _astray(problem: Problem, variables: Floats) -> bool:
+    """Is a series left with so large an error that the search has probably ended in a poor minimum?"""
+    channels = dict.fromkeys(series.channel for series in problem.observed)
+    spread = {c: max(float(np.std(s.measured)) for s in problem.observed if s.channel is c) for c in channels}
+    return any(problem.series_rms(variables, c) > ASTRAY * spread[c] for c in channels)
 
 
 class _Search:
@@ -222,6 +231,9 @@ class _Search:
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
         best = self._best_of(problem, list(guesses(problem, box, label)), label)
+        if self.model.deformation != "dynamic" and not self.interrupted and _astray(problem, best.variables):
+            again = self._best_of(problem, list(self._random_guesses(problem, box, label, attempt=1)), label)
+            best = min(best, again, key=lambda optimum: optimum.rms)
         self._adopt_deformation(problem, best.variables)
         return Problem(self.model, full, free, np.zeros(len(full)), observed_series(full, sigma))
 
@@ -297,13 +309,14 @@ class _Search:
         self.evaluations += optimum.evaluations // share
         self.interrupted |= optimum.interrupted
 
-    def _random_guesses(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
-        """The present values, then the best of many random ones."""
+    def _random_guesses(
+        self, problem: Problem, box: tuple[Floats, Floats], label: str, attempt: int = 0
+    ) -> Iterator[Floats]:
+        """The present values, then the best of many random ones; others at a second attempt."""
         yield problem.first()[: box[0].size]
         low, high = box
-        candidates = low + (high - low) * np.random.default_rng(self.options.seed).random(
-            (self.options.random_guesses, low.size)
-        )
+        seed = (self.options.seed, attempt) if attempt else self.options.seed
+        candidates = low + (high - low) * np.random.default_rng(seed).random((self.options.random_guesses, low.size))
         free = problem.transformation.from_box(candidates)
         self.evaluations += self.options.random_guesses
         self.progress(label, 0, 1, float("nan"))
