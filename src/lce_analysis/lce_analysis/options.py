@@ -154,7 +154,7 @@ class DiagnoseOptions:
         than ``worth_noise``, a shift of a quarter of its noise, and by more than the share ``worth_share`` of what is
         above the noise.
     worse : on data left out no error of a sensor of its stage may rise by more than this share, and of no other sensor
-        by more than ``bent``, unless its own sensor gains twice as much.
+        by more than ``bent``; that behind the heat by more than half of what the temperature gains, too.
     agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
         include the spread from run to run.
     alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors.

@@ -135,13 +135,15 @@ def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions)
 def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, options: DiagnoseOptions) -> bool:
     """Does the error of a sensor of the stage rise by more than the share allowed?
 
-    A sensor of another stage may rise by as much as it may be bent, or by half of what a sensor of the stage gains.
+    A sensor of another stage may rise by as much as it may be bent; what lies behind the heat, whose temperature an
+    effect of the heat corrects, also by half of what the temperature gains.
     """
     falls = {c: before.mean_square(c) - after.mean_square(c) for c in before.total}
     most = max((fall for c, fall in falls.items() if c in stage.channels), default=0.0)
     for channel, fall in falls.items():
         scale = max(before.mean_square(channel), NOISE)
-        limit = allowed * scale if channel in stage.channels else max(options.bent * scale, 0.5 * most)
+        paid = 0.5 * most if stage.part == "heat" else 0.0
+        limit = allowed * scale if channel in stage.channels else max(options.bent * scale, paid)
         if -fall > limit:
             return True
     return False
