@@ -202,23 +202,24 @@ def peer_table(peer: Sequence[Result]) -> list[str]:
     ]
 
 
-def report(results: Sequence[Result], version: str, peer: Sequence[Result] = ()) -> str:
-    """The whole document; ``peer`` are the results of `validation/hidden/peer.py`."""
-    lines = ["# Hidden effects", "", HEAD.format(version=version), "", *overview(results), ""]
+def report(results: Sequence[Result], version: str, arguments: str = "", peer: Sequence[Result] = ()) -> str:
+    """The whole document; ``arguments`` of the command that made it, ``peer`` the results of `hidden/peer.py`."""
+    lines = ["# Hidden effects", "", HEAD.format(version=version, arguments=arguments), "", *overview(results), ""]
     for family in FAMILIES.values():
         if members := [r for r in results if r["family"] == family.name]:
             lines += family_table(members, family)
     return "\n".join([*lines, *peer_table(peer), "## Cases", "", *cases_table(results), ""])
 
 
-HEAD = """Written by `make hidden`, version {version}. Strips of `validation/hidden`, which share no code with the
-product, hide an effect. The product fits a base model to six runs, and `lce diagnose` says what is missing. An exact
-base holds the equations of the strip, an imperfect one does not.
+HEAD = """Written by `make hidden HIDDEN="{arguments}"`, version {version}.
+Strips of `validation/hidden`, which share no code with the product, hide an effect. The product fits a base model to
+six runs, and `lce diagnose` says what is missing. An exact base holds the equations of the strip, an imperfect one does
+not.
 
-An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow;
-`validation/hidden/judge.py` says how that is told without the diagnosis. A false addition is an effect that was
-added, is neither hidden nor part of the family's own physics, and in whose set of aliases nothing hidden is. Own
-physics, which only the independent strip has, may also be named before what is hidden. "Outside the library" hides
-what the product has no effect for. "Effect left out" hides what it has, but that one is not among the candidates.
-Intervals are Wilson's; that of the false additions is a Poisson count's. Errors are in units of the noise that was
-put in. In the table of all families, what misses its bar is bold."""
+An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow.
+`validation/hidden/judge.py` defines that without the diagnosis. A false addition is an added effect that is not hidden
+and whose set of aliases holds nothing hidden. The independent strip has physics of its own beside what is hidden: it is
+no false addition, and may be named first. "Outside the library" hides what the product has no effect for. "Effect left
+out" hides an effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a
+Poisson count's. Errors are in units of the noise that was put in. In the table of all families, what misses its bar is
+bold."""

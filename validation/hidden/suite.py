@@ -138,6 +138,14 @@ def options() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def _arguments(args: argparse.Namespace) -> str:
+    """What decided which cases were judged, as the command line says it."""
+    words = [f"--seeds {args.seeds}", f"--minutes {args.minutes:g}"]
+    words += [f"--families {' '.join(args.families)}"] if args.families else []
+    words += [f"--only {args.only}"] if args.only else []
+    return " ".join(words)
+
+
 def main() -> int:
     """Run what is not done yet, within the time given; print and write the report."""
     args = options()
@@ -163,7 +171,7 @@ def main() -> int:
         except KeyboardInterrupt:
             status = 130
     names = {c.name for c in chosen}
-    text = report([r for r in done if r["case"] in names], now, read_results(args.peer))
+    text = report([r for r in done if r["case"] in names], now, _arguments(args), read_results(args.peer))
     print(text)
     if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")

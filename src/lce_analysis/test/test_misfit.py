@@ -42,7 +42,8 @@ def test_pure_noise_has_a_mean_square_of_one(strip: Model, recorded: Callable[..
     for channel in SENSORS:
         assert misfit.mean_square(channel) == pytest.approx(1.0, abs=0.1)
         assert misfit.samples[channel].tolist() == [run.series[channel].value.size for run in runs]
-    assert judged.sensor_noise == pytest.approx({TEMPERATURE: 0.06, DISPLACEMENT: 4e-6}, rel=0.05)
+    for noise in judged.noise:
+        assert noise == pytest.approx({TEMPERATURE: 0.06, DISPLACEMENT: 4e-6}, rel=0.15)
 
 
 @pytest.mark.parametrize("drive", ["model", "measured"])

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from lce_analysis.diagnosis.misfit import NOISE, Misfit, share_removed
+from lce_analysis.diagnosis.misfit import NOISE, Misfit, share_of
 from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import SENSORS, Channel
 from lce_model import Model
@@ -148,7 +148,7 @@ def _errors(found: Diagnosis) -> Table:
         given, before, after = (table.misfit[column] for column in ("given", "before", "after"))
         for channel in before.total:
             cells = [_rms(misfit, channel) for misfit in ((given, before, after) if added else (given, before))]
-            went = [_share_removed(before, after, channel)] if added else []
+            went = [_went(before.mean_square(channel), after.mean_square(channel))] if added else []
             rows.append((f"{label}: {_few(names)}", channel.symbol, *cells, *went))
     if added:
         head += [f"with {' + '.join(added)}", "went"]
@@ -163,8 +163,7 @@ def _errors_by_run(compared: Mapping[str, Comparison], held_out: Collection[str]
         label = f"{name} (held out)" if name in held_out else name
         for channel in runs[0].channels:
             columns = [run.channels[channel].metrics.over_noise for run in runs]
-            above, left = (max(x**2 - NOISE, 0.0) for x in columns[-2:])
-            went = _percent((above - left) / above) if above > 0.0 else NOTHING
+            went = _went(*(x**2 for x in columns[-2:]))
             rows.append((label, channel.symbol, *(f"{x:.2f}" for x in columns), went))
     about = "RMS error, × noise (went: share of the refitted model's squared error above the noise)"
     return Table(about, ("run", "sensor", *compared, "went"), rows)
@@ -278,8 +277,9 @@ def _rms(misfit: Misfit, channel: Channel) -> str:
     return f"{misfit.rms[channel]:.2f}" if channel in misfit.total else NOTHING
 
 
-def _share_removed(before: Misfit, after: Misfit, channel: Channel) -> str:
-    return _percent(share_removed(before, after, channel)) if before.above_noise(channel) > 0.0 else NOTHING
+def _went(before: float, after: float) -> str:
+    """Share of a mean squared error above the noise that went."""
+    return _percent(share_of(before, after)) if before > NOISE else NOTHING
 
 
 def _percent(share: float) -> str:

@@ -20,6 +20,7 @@ from lce_analysis.diagnosis.words import in_words
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
+from lce_data.noise import sensor_noise
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model
@@ -222,7 +223,7 @@ def diagnose(
     models = columns(search, model)
     verdict = _verdict(search)
     train = error_table(search, models, search.data.judged)
-    noise = search.data.judged.sensor_noise
+    noise = sensor_noise(runs, SENSORS)
     after = train.misfit["after"]
     return Diagnosis(
         verdict=verdict,

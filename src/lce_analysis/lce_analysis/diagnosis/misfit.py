@@ -76,12 +76,6 @@ class JudgedRuns:
         """One of them."""
         return JudgedRuns((self.runs[i],), (self.noise[i],))
 
-    @property
-    def sensor_noise(self) -> dict[Channel, float]:
-        """RMS noise [SI] of each channel over the runs that measured it."""
-        levels = {c: [noise[c] for noise in self.noise if c in noise] for c in SENSORS}
-        return {c: float(np.sqrt(np.mean(np.square(found)))) for c, found in levels.items() if found}
-
     def misfit(self, model: Model, drive: Drive = "model", channels: Sequence[Channel] = SENSORS) -> Misfit:
         """Simulate every run with the model. Raises LceError if a run lacks what the model needs."""
         return self._misfits([model], drive, channels)[0][0]
@@ -124,7 +118,11 @@ def _summed(rows: Sequence[tuple[Channel, NDArray[np.bool_], Sequence[Floats]]],
 
 @dataclass(frozen=True)
 class Pair:
-    """Errors without and with an effect: on every sample, which is told, and away from jumps, by which it is judged."""
+    """Errors without and with an effect.
+
+    before, after : on every sample; tables and sentences show these.
+    judged_before, judged_after : away from the jumps of both models; these decide.
+    """
 
     before: Misfit
     after: Misfit
@@ -142,13 +140,17 @@ class Pair:
 
 
 def share_removed(before: Misfit, after: Misfit, channel: Channel) -> float:
-    """Share of a channel's squared error above the noise that went; 0 where nothing was above it.
+    """Share of a channel's squared error above the noise that went: :func:`share_of` its mean squares."""
+    return share_of(before.mean_square(channel), after.mean_square(channel))
+
+
+def share_of(before: float, after: float) -> float:
+    """Share of a mean squared error above the noise that went; 0 where nothing was above it.
 
     A model that comes below the noise as estimated shows that the noise is no larger than what it leaves.
     """
-    old, new = before.mean_square(channel), after.mean_square(channel)
-    above = old - min(NOISE, new)
-    return (old - new) / above if above > 0.0 else 0.0
+    above = before - min(NOISE, after)
+    return (before - after) / above if above > 0.0 else 0.0
 
 
 def reduction_of(before: Mapping[Channel, float], after: Mapping[Channel, float]) -> float:

@@ -104,6 +104,7 @@ class Search:
         self._finish()
         while self.steps and not _helped(self.steps[-1], self.options):
             self._drop_last("worse")
+            self._finish()
 
     def force(self, effect: Effect) -> Step:
         """Accept this effect, whatever the data say of it; the objection of the step's trial is what they do."""
@@ -271,7 +272,7 @@ def _explains(last: Step, options: DiagnoseOptions) -> bool:
 
 
 def _helped(step: Step, options: DiagnoseOptions) -> bool:
-    """Is there less error as it will be told: in the runs, of no sensor much more, and on data left out?"""
+    """Do the final tables bear the step out: less error in the runs and on data left out, of no sensor much more?"""
     if rises(step.trial.stage, *step.train, options.bent, options):
         return False
     before, after = step.held_out.before, step.held_out.after

@@ -149,13 +149,6 @@ class Problem:
         parts = self._each_run(lambda i: [m[0] for m in self._modelled(i, free[None], starts[i : i + 1])])
         return self._stack(parts) - self._target
 
-    def residuals_of(self, run: int, variables: Floats) -> Floats:
-        """Those of one run alone."""
-        free, starts = self.split(variables)
-        parts = self._modelled(run, free[None], starts[run : run + 1])
-        measured = [series.weighted(series.measured) for series in self.observed if series.run == run]
-        return np.concatenate([m[0] - y for m, y in zip(parts, measured, strict=True)])
-
     def jacobian(self, variables: Floats, central: bool = False) -> Floats:
         """(N, variables) of the residuals: forward differences over the parameters, or central ones at twice the cost.
 

@@ -29,7 +29,7 @@ def acts_back(effect: Effect, model: Model) -> bool:
 def thermal_stage(model: Model) -> Model:
     """The P→T stage by itself, which is the faster to simulate; the whole model where the strip acts back on it.
 
-    Stages stand in their order: its values are the first ones of the whole model, at the same places.
+    Stages stand in their order: the values of the heat are the first ones of both models, those of sensors the last.
     """
     effects = [find(e) for e in model.effects]
     kept = tuple(e.reference for e in effects if acts_on_temperature(e))
