@@ -55,6 +55,9 @@ class LceNode(Node):
     missed_ticks : ticks left out because the node was busy or the clock leapt; reported in /diagnostics.
     tick_s : nominal time [s] of the timer callback that runs: the multiple of its period that was due. Under
         load a callback comes late, its nominal time does not.
+    sent_s : time [s] at which the message whose callback runs was published, by its publisher's clock and never later
+        than now. After a stall old messages wait in the queue: they are as old as this says. Simulated time stands
+        still while a message is under way, there it is the present.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
@@ -62,7 +65,7 @@ class LceNode(Node):
         self.published: dict[str, int] = {}
         self.received: dict[str, int] = {}
         self.ticks = self.missed_ticks = 0
-        self.tick_s = 0.0
+        self.tick_s = self.sent_s = 0.0
         self._rules: dict[str, Rule] = {}
         self._health = Health(self.get_fully_qualified_name())
         self.add_on_set_parameters_callback(self._check)
@@ -110,7 +113,9 @@ class LceNode(Node):
         name = self.resolve_topic_name(topic)
         self.received.setdefault(name, 0)
 
-        def receive(message: Any) -> None:
+        def receive(message: Any, info: dict[str, Any]) -> None:
+            now_s = self.now_s()
+            self.sent_s = now_s if self.on_sim_time else min(now_s, info["source_timestamp"] * 1e-9)
             callback(message)
             self.received[name] += 1
 

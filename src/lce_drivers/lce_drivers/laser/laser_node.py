@@ -7,7 +7,7 @@ Publishes   laser/power          std_msgs/Float64, W as applied, 100 Hz
 Serves      laser/reset          std_srvs/Trigger: clears a fault, once its cause is gone
 Parameters  max_power_w          W, upper limit of what is ever applied
             slew_w_per_s         W/s, fastest rise; 0: not limited
-            command_timeout_s    s, maximum age of a command; an older one gives zero power
+            command_timeout_s    s, maximum age of a command since it was published; an older one gives zero power
             temperature_required zero power without a thermal camera; false declares a bench that has no camera
             max_temperature_c    °C, above it: fault
             max_jump_k           K, more between two readings: fault
@@ -121,7 +121,7 @@ class Laser(LceNode):
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
         self._power = self.advertise(Float64, POWER.topic)
         self._closed = False
-        self.listen(Float64, COMMAND, lambda m: self._guard.command(m.data, self.now_s()))
+        self.listen(Float64, COMMAND, lambda m: self._guard.command(m.data, self.sent_s))
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self.create_service(Trigger, "laser/reset", self._reset)
         self.every(PERIOD_S, self._tick)

@@ -60,7 +60,7 @@ class PowerLimits:
 class PowerGuard:
     """Turns commands into a safe power.
 
-    c is the newest command received strictly before the tick, a its age::
+    c is the newest command published strictly before the tick, a its age::
 
         p = 0                                 no command, a > command_timeout_s, or c not finite or negative
         p = min(c, max_power_w, p' + slew_w_per_s * dt)   otherwise; p' is the power dt ago
@@ -78,7 +78,7 @@ class PowerGuard:
         self._applied_s = math.inf
 
     def command(self, power_w: float, t_s: float) -> None:
-        """Take in a command [W] received at ``t_s`` [s]."""
+        """Take in a command [W] published at ``t_s`` [s]."""
         if not _is_power(power_w):
             self.invalid_commands += 1
         self._commands.put(power_w, t_s)
