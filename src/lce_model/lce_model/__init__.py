@@ -15,12 +15,15 @@ Examples
 from lce_model.model import Model, Value, default_model
 from lce_model.model_file import load_model, save_model
 from lce_model.simulation import Stepper, Trajectory, simulate
+from lce_model.variation import RunValue, Variation
 
 __all__ = [
     "Model",
+    "RunValue",
     "Stepper",
     "Trajectory",
     "Value",
+    "Variation",
     "default_model",
     "load_model",
     "save_model",

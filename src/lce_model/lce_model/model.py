@@ -15,6 +15,7 @@ from lce_model.effects import find, library
 from lce_model.kernel.compose import Kernel, compile_terms
 from lce_model.library import PUBLISHED, terms
 from lce_model.terms import SENSOR_INPUT, Parameter, Term
+from lce_model.variation import Variation
 
 Floats = NDArray[np.float64]
 
@@ -86,6 +87,8 @@ class Model:
     effects : names of the effects added to them; the path of its file for an effect of the user's own.
     values : one per parameter, in the order of the terms.
     fit : record of the identification that gave the values; empty before the first.
+    varies : the parameters TERM.PARAM that differ from run to run; their value in ``values`` is that of a run that is
+        not listed.
 
     Raises
     ------
@@ -105,6 +108,7 @@ class Model:
     effects: tuple[str, ...]
     values: tuple[Value, ...]
     fit: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    varies: Mapping[str, Variation] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -176,6 +180,29 @@ class Model:
         values = tuple(replace(v, fixed=True) if i in fixed else v for i, v in enumerate(self.values))
         return replace(self, values=values)
 
+    def varying(self, varies: Mapping[str, Variation]) -> "Model":
+        """A copy in which exactly the parameters TERM.PARAM of ``varies`` differ from run to run.
+
+        Raises LceError if a parameter does not exist or a value is outside its bounds.
+        """
+        for key, variation in varies.items():
+            value = self.values[self.index(key)]
+            for own in variation.by_run.values():
+                replace(value, value=own.value)
+        return replace(self, varies=MappingProxyType(dict(varies)))
+
+    def of_run(self, name: str, sha256: str = "") -> "Model":
+        """The model of one run: with the run's own values of what differs from run to run.
+
+        A run of another content than that of the same name that was fitted is another run.
+        """
+        fitted = {entry.get("name"): entry.get("sha256") for entry in self.fit.get("runs", ()) if sha256}
+        if fitted.get(name, sha256) != sha256:
+            return self
+        own = {key: v.by_run[name].value for key, v in self.varies.items() if name in v.by_run}
+        values = tuple(replace(v, value=own[v.key]) if v.key in own else v for v in self.values)
+        return replace(self, values=values)
+
     def add(self, effect: str) -> "Model":
         """A copy with one more effect, a name or the path of a file, at its null value.
 
@@ -209,7 +236,8 @@ class Model:
     def _carried(self, other: "Model") -> "Model":
         """The other model, with the values of this one where they have a parameter in common."""
         own = {v.key: v for v in self.values}
-        return replace(other, values=tuple(own.get(v.key, v) for v in other.values))
+        varies = {key: v for key, v in self.varies.items() if key in other}
+        return replace(other, values=tuple(own.get(v.key, v) for v in other.values)).varying(varies)
 
     def with_values(self, values: tuple[Value, ...], fit: Mapping[str, Any]) -> "Model":
         """A copy with new values and the record of the fit that gave them."""

@@ -6,16 +6,17 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import msgspec
 import yaml
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.schema import checked, read_yaml
 from lce_model.model import Model, Value, default_model
+from lce_model.variation import RunValue, Variation
 
 FORMAT: Final = "lce-model-1"
 
@@ -35,6 +36,21 @@ class ParameterEntry(Struct, frozen=True, forbid_unknown_fields=True):
     determined: bool | UnsetType | None = UNSET
 
 
+class RunValueEntry(Struct, frozen=True, forbid_unknown_fields=True):
+    """The value of a parameter in one run, in the unit of the parameter."""
+
+    value: float
+    standard_error: float | None = None
+
+
+class VariationEntry(Struct, frozen=True, forbid_unknown_fields=True):
+    """How a parameter differs from run to run, in the unit of the parameter."""
+
+    unit: str | None = None
+    spread: Annotated[float, Meta(ge=0)] | None = None
+    runs: dict[str, RunValueEntry] = {}
+
+
 class ModelFile(Struct, frozen=True, forbid_unknown_fields=True):
     """The content of a model file: what is read is checked against it, and it is what is written.
 
@@ -42,6 +58,7 @@ class ModelFile(Struct, frozen=True, forbid_unknown_fields=True):
     ----------
     effects : names, or paths of files of the user's own as seen from the model file.
     parameters : by term and name; those left out have their defaults.
+    varies : by TERM.PARAM, what differs from run to run.
     fit : record of the identification, in any form.
     """
 
@@ -50,6 +67,7 @@ class ModelFile(Struct, frozen=True, forbid_unknown_fields=True):
     deformation: str = "none"
     effects: list[str] | None = None
     parameters: dict[str, dict[str, ParameterEntry] | None] | None = None
+    varies: dict[str, VariationEntry | None] | UnsetType | None = UNSET
     fit: dict[str, Any] | UnsetType | None = UNSET
 
 
@@ -109,6 +127,8 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> None:
     for group in document["parameters"].values():
         for name, entry in group.items():
             group[name] = _Line(entry)
+    for variation in document.get("varies", {}).values():
+        variation["runs"] = {name: _Line(entry) for name, entry in variation["runs"].items()}
     write_atomically(path, yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120))
 
 
@@ -124,6 +144,7 @@ def _content(model: Model, folder: Path) -> ModelFile:
         deformation=model.deformation,
         effects=[os.path.relpath(e, folder) if e.endswith(".py") else e for e in model.effects],
         parameters=parameters,
+        varies={key: _variation_entry(model, key) for key in model.varies} or UNSET,
         fit=_plain(model.fit) if model.fit else UNSET,
     )
 
@@ -141,6 +162,16 @@ def _entry(v: Value) -> ParameterEntry:
     )
 
 
+def _variation_entry(model: Model, key: str) -> VariationEntry:
+    variation = model.varies[key]
+    runs = {
+        name: RunValueEntry(float(own.value), None if own.standard_error is None else float(own.standard_error))
+        for name, own in variation.by_run.items()
+    }
+    spread = None if variation.spread is None else float(variation.spread)
+    return VariationEntry(model.values[model.index(key)].unit, spread, runs)
+
+
 def _model(content: ModelFile, folder: Path) -> Model:
     if content.format != FORMAT:
         raise LceError(f"format: {content.format!r} is not {FORMAT!r}")
@@ -153,7 +184,17 @@ def _model(content: ModelFile, folder: Path) -> Model:
         group = groups.get(v.term) or {}
         _only(group, [w.name for w in model.values if w.term == v.term], f"parameters.{v.term}")
         values.append(_value(v, group[v.name]) if v.name in group else v)
-    return model.with_values(tuple(values), content.fit or {})
+    model = model.with_values(tuple(values), content.fit or {})
+    return model.varying({key: _variation(model, key, entry) for key, entry in (content.varies or {}).items()})
+
+
+def _variation(model: Model, key: str, entry: VariationEntry | None) -> Variation:
+    unit = model.values[model.index(key)].unit
+    if entry is None:
+        return Variation()
+    if entry.unit != unit:
+        raise LceError(f"varies.{key}.unit: {entry.unit!r} does not fit; this parameter is in {unit!r}")
+    return Variation(entry.spread, {name: RunValue(own.value, own.standard_error) for name, own in entry.runs.items()})
 
 
 def _value(default: Value, entry: ParameterEntry) -> Value:
