@@ -26,6 +26,7 @@ ROSDEP = {  # import name: rosdep key, where they differ
     "nicegui": "",  # requirements/ubuntu.txt
     "numba": "python3-numba",
     "numpy": "python3-numpy",
+    "polars": "",  # requirements/ubuntu.txt
     "pymodbus": "python3-pymodbus",
     "pytest": "python3-pytest",
     "rosbags": "python3-rosbags-pip",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`experiment.yaml` beside a bag: what was asked of which strip, with which software, and how it ended.
+"""`experiment.yaml` beside a bag, `run.yaml` beside `run.csv`: what was asked of which strip, and how it ended.
 
 Every key may be missing: launch files leave some out, and other people's recordings hold what they like. Keys that are
 not known here are kept.
@@ -154,6 +154,24 @@ def beside(recording: Path) -> Experiment:
         if place.exists():
             return read(place)
     return Experiment()
+
+
+def beside_csv(recording: Path) -> Experiment:
+    """Read the YAML file of the same stem beside a CSV: ``run.yaml`` of ``run.csv``, with ``conditions`` for instance.
+
+    A file without ``conditions`` and ``format: lce-experiment-1`` is another one, a model of that name for example.
+    """
+    file = recording.with_suffix(".yaml")
+    content = read_yaml(file) if file.exists() else None
+    ours = isinstance(content, Mapping) and ("conditions" in content or content.get("format") == FORMAT)
+    return experiment_of(content, file) if ours else Experiment()
+
+
+def write_beside_csv(recording: Path, experiment: Experiment) -> None:
+    """Write the YAML file of a CSV that `beside_csv` reads."""
+    from lce_data.yaml_text import dump
+
+    write_atomically(recording.with_suffix(".yaml"), dump({"format": FORMAT, **content_of(experiment)}))
 
 
 def write(folder: Path, experiment: Experiment) -> None:

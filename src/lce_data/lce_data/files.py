@@ -4,6 +4,7 @@
 import csv
 import os
 import tempfile
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,8 +22,8 @@ def read_csv_rows(path: Path) -> list[list[str]]:
         raise LceError(f"{path}: not a CSV text file") from None
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file beside its place, then move it there: no reader and no crash meets half of it.
+def write_atomically(path: Path, text: str | Iterable[str]) -> None:
+    """Write a text, or its pieces, beside its place, then move it there: no reader and no crash meets half of it.
 
     Raises LceError if the folder cannot be written.
     """
@@ -32,7 +33,7 @@ def write_atomically(path: Path, text: str) -> None:
             "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8"
         ) as file:
             new = Path(file.name)
-            file.write(text)
+            file.writelines([text] if isinstance(text, str) else text)
             file.flush()
             os.fsync(file.fileno())
         new.chmod(0o644)

@@ -15,7 +15,7 @@ from lce_data.channels import CHANNELS, POWER, SENSORS, Channel
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
 from lce_data.run import Run, Series
-from lce_data.run_csv import read_run_csv
+from lce_data.run_csv import read_csv_experiment, read_run_csv
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def read_run(path: str | Path) -> Run:
     Returns
     -------
     Run
-        Its series in SI units, and what ``experiment.yaml`` says of it.
+        Its series in SI units, and what ``experiment.yaml``, or for ``run.csv`` the file ``run.yaml``, says of it.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def read_run(path: str | Path) -> Run:
     if path.is_dir() or path.suffix == ".mcap":
         return _run(path, read_bag(path), beside(path))
     if path.suffix.lower() == ".csv":
-        return _run(path, read_run_csv(path), Experiment())
+        return _run(path, read_run_csv(path), read_csv_experiment(path))
     raise LceError(f"{path}: neither a rosbag2 folder, nor an .mcap file, nor a .csv file")
 
 
@@ -93,11 +93,13 @@ def _run(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
     for channel, values in series.items():
         _check_values(path, channel, values.value)
     zero_s = series[POWER].time_s[0] if POWER in series else min(s.time_s[0] for s in series.values())
+    times = {id(s.time_s): s.time_s for s in series.values()}  # channels of a CSV share theirs: shifted once
+    since_zero = {key: time_s - zero_s for key, time_s in times.items()}
     return Run(
         name=path.stem if path.is_file() else path.name,
         path=path,
         sha256=_digest(path),
-        series={c: Series(s.time_s - zero_s, c.recorded.to_si(s.value)) for c, s in series.items()},
+        series={c: Series(since_zero[id(s.time_s)], c.recorded.to_si(s.value)) for c, s in series.items()},
         experiment=experiment,
     )
 
@@ -137,5 +139,7 @@ def _digest(path: Path) -> str:
     files = [path] if path.is_file() else sorted(p for p in path.iterdir() if p.suffix in (".mcap", ".db3"))
     digest = hashlib.sha256()
     for file in files:
-        digest.update(file.read_bytes())
+        with file.open("rb") as opened:
+            while block := opened.read(1 << 20):
+                digest.update(block)
     return digest.hexdigest()
