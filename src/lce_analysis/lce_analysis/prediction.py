@@ -2,7 +2,7 @@
 """What a model says of a run: the same input, compared sample by sample with what was measured."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -15,7 +15,7 @@ from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
-from lce_model import Model
+from lce_model import Model, RunValue
 from lce_model.kernel.generate import RECORDED
 
 Floats = NDArray[np.float64]
@@ -28,6 +28,7 @@ COLUMN: Final[Mapping[Channel, int]] = {
 """Columns that hold what each sensor shows."""
 MECHANICAL: Final = tuple(channel for channel in SENSORS if channel is not TEMPERATURE)
 """Sensors that show what happens behind the temperature."""
+AMBIENT_KEY: Final = "ambient.t_env"
 INTERVALS: Final = 8
 """Intervals of a run whose means show a drift; a number of the method, not a threshold."""
 
@@ -104,6 +105,40 @@ def _at_rest(run: Run) -> Floats:
         return value[:10]
     dark = int(np.count_nonzero(time <= run.power.time_s[np.argmax(run.power.value > 0.0)]))
     return value[: min(max(dark, 1), 10)]
+
+
+def ambient_at_rest(run: Run) -> float | None:
+    """Temperature [K] of the strip before the laser was first on, or at the first sample if it was on at once.
+
+    None if power or temperature was not recorded. It is that of the surroundings if the strip had come to rest.
+    """
+    return None if run.power is None or not (rest := _at_rest(run)).size else float(np.mean(rest))
+
+
+def with_ambient_at_rest(model: Model, runs: Sequence[Run]) -> Model:
+    """The model, its ambient temperature in runs that it does not know taken from their samples at rest.
+
+    Only where the ambient temperature varies from run to run.
+    """
+    variation = model.varies.get(AMBIENT_KEY)
+    if variation is None:
+        return model
+    spec, by_run = model.values[model.index(AMBIENT_KEY)], dict(variation.by_run)
+    for run in runs:
+        rest = ambient_at_rest(run)
+        if rest is not None and not model.knows(AMBIENT_KEY, run.name, run.sha256):
+            by_run[run.name] = RunValue(min(max(rest, spec.lower), spec.upper))
+    return model.varying({**model.varies, AMBIENT_KEY: replace(variation, by_run=by_run)})
+
+
+def model_of_run(model: Model, run: Run) -> Model:
+    """The model with the values of one run, where parameters vary from run to run.
+
+    A run that the model does not know has the value of all, and the ambient temperature of its samples at rest.
+    """
+    if not model.varies:
+        return model
+    return with_ambient_at_rest(model, [run]).of_run(run.name, run.sha256)
 
 
 def simulation_input(run: Run, model: Model) -> SimulationInput:
@@ -243,6 +278,7 @@ def predict(model: Model, run: Run, drive: Drive = "model") -> Prediction:
     With ``drive="measured"`` the measured temperature, smoothed, drives the T→d stage, and only the displacement is
     predicted by the model.
     """
+    model = model_of_run(model, run)
     run_input = simulation_input(run, model)
     start = start_temperature(run_input, model)
     thermal = predict_from(run_input, start, model)

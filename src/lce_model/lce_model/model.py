@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model with numbers: which terms, and the value of every parameter."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -27,8 +28,8 @@ class Value:
     Attributes
     ----------
     term : name of the term that has the parameter.
-    parameter : its name, unit, description and widest bounds.
-    value, lower, upper : value and bounds of a fit, in the unit of the parameter.
+    parameter : its name, unit, description and default bounds.
+    value, lower, upper : value and bounds of a fit, in the unit of the parameter; narrower or wider than by default.
     fixed : a fit leaves the value as it is.
     standard_error : in the unit of the parameter; None before a fit, and if the data do not determine the parameter.
     determined : whether the data determine the parameter; None before a fit.
@@ -36,7 +37,7 @@ class Value:
     Raises
     ------
     LceError
-        If the bounds are not an interval within those of the parameter, or the value is outside them.
+        If the bounds are not an interval of what the parameter can be, or the value is outside them.
     """
 
     term: str
@@ -49,11 +50,12 @@ class Value:
     determined: bool | None = None
 
     def __post_init__(self) -> None:
-        if not (self.parameter.lower <= self.lower < self.upper <= self.parameter.upper):
-            raise LceError(
-                f"{self.key}: bounds [{self.lower:g}, {self.upper:g}] are not an interval within "
-                f"[{self.parameter.lower:g}, {self.parameter.upper:g}] {self.unit}"
-            )
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower < self.upper):
+            raise LceError(f"{self.key}: bounds [{self.lower:g}, {self.upper:g}] {self.unit} are not an interval")
+        least = self.parameter.least
+        if self.lower < least or (self.lower <= 0.0 and self.parameter.scale == "log"):
+            meant = "above 0, as its scale is logarithmic" if self.parameter.scale == "log" else f"at least {least:g}"
+            raise LceError(f"{self.key}: the lower bound, {self.lower:g} {self.unit}, must be {meant}")
         if not self.lower <= self.value <= self.upper:
             raise LceError(
                 f"{self.key}: {self.value:g} {self.unit} is outside [{self.lower:g}, {self.upper:g}] {self.unit}"
@@ -165,7 +167,8 @@ class Model:
     def hold(self, ranges: Mapping[str, tuple[float, float]]) -> "Model":
         """A copy whose parameters TERM.PARAM are searched between (lower, upper) only.
 
-        A value outside of them moves to the nearer bound.
+        They may be wider than the default bounds, as far as the parameter can be there at all: a time, for one, is
+        never negative. A value outside of them moves to the nearer bound.
         """
         values = list(self.values)
         for key, (lower, upper) in ranges.items():
@@ -191,15 +194,19 @@ class Model:
                 replace(value, value=own.value)
         return replace(self, varies=MappingProxyType(dict(varies)))
 
-    def of_run(self, name: str, sha256: str = "") -> "Model":
-        """The model of one run: with the run's own values of what differs from run to run.
+    def knows(self, key: str, name: str, sha256: str = "") -> bool:
+        """Has the parameter TERM.PARAM a value of its own in the run of this name and content?
 
         A run of another content than that of the same name that was fitted is another run.
         """
         fitted = {entry.get("name"): entry.get("sha256") for entry in self.fit.get("runs", ()) if sha256}
-        if fitted.get(name, sha256) != sha256:
+        return key in self.varies and name in self.varies[key].by_run and fitted.get(name, sha256) == sha256
+
+    def of_run(self, name: str, sha256: str = "") -> "Model":
+        """The model of one run: with the run's own values of what differs from run to run."""
+        own = {key: v.by_run[name].value for key, v in self.varies.items() if self.knows(key, name, sha256)}
+        if not own:
             return self
-        own = {key: v.by_run[name].value for key, v in self.varies.items() if name in v.by_run}
         values = tuple(replace(v, value=own[v.key]) if v.key in own else v for v in self.values)
         return replace(self, values=values)
 

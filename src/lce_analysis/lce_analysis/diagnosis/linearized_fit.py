@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.identification.least_squares import levenberg_marquardt
 from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_analysis.identification.random_effects import settle
 from lce_data.channels import Channel
 from lce_data.progress import Progress
 
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 class LinearizedFit:
     """A problem at its least squares, in units of the sensors' noise.
 
-    jacobian : (N, free) over the free variables: parameters and start temperatures.
+    jacobian : (N, free) over the free variables.
     residual : (N,) model minus measured.
     """
 
@@ -31,8 +31,8 @@ class LinearizedFit:
 
     @property
     def free(self) -> int:
-        """Number of free variables."""
-        return len(self.problem.free) + len(self.problem.free_starts)
+        """Number of free variables: parameters, what they differ by in each run, and start temperatures."""
+        return len(self.problem.free) + self.problem.offsets + len(self.problem.free_starts)
 
     @property
     def error(self) -> float:
@@ -77,10 +77,10 @@ def refit(problem: Problem, label: str, progress: Progress, iterations: int, tol
 
 def optimum(problem: Problem, label: str, progress: Progress, iterations: int, tolerance: float = 1e-6) -> Problem:
     """The same, without its Jacobian."""
-    found = levenberg_marquardt(problem, problem.first(), label, progress, iterations, tolerance)
-    if found.interrupted:
+    found, search = settle(problem, label, progress, iterations, tolerance)
+    if search.interrupted:
         raise KeyboardInterrupt
-    return problem.at(found.variables)
+    return found
 
 
 def linearised(problem: Problem) -> LinearizedFit:

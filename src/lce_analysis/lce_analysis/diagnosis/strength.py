@@ -84,7 +84,7 @@ def strengths(fit: LinearizedFit, column: int) -> Strengths:
     others = np.delete(fit.jacobian, column, axis=1)
     position = fit.problem.free[column]
     value = float(fit.problem.model.vector[position])
-    slope = _slope(fit, column)
+    slope = float(fit.problem.slopes[column])
     run_of = np.concatenate([np.full(series.size, series.run) for series in fit.problem.observed])
     _, shared, inflation = _solve(np.column_stack([others, own]), fit.residual, blocks)
     apart = np.zeros((own.size, runs))
@@ -94,13 +94,6 @@ def strengths(fit: LinearizedFit, column: int) -> Strengths:
     found = [Estimate(value + slope * float(step[first + i]), slope * float(errors[first + i])) for i in range(runs)]
     by_run = tuple(e if np.isfinite(e.standard_error) and e.standard_error > 0.0 else None for e in found)
     return Strengths(Estimate(value, slope * float(shared[-1])), float(inflation[-1]), by_run)
-
-
-def _slope(fit: LinearizedFit, column: int) -> float:
-    """dp/dz of a free parameter at the optimum."""
-    transformation, free = fit.problem.transformation, list(fit.problem.free)
-    p = fit.problem.model.vector[free]
-    return float((transformation.natural_slope(p) * transformation.natural_per_search(p))[column])
 
 
 def _blocks(fit: LinearizedFit) -> NDArray[np.intp]:

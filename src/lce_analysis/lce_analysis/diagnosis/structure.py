@@ -84,10 +84,8 @@ def dependences(fit: LinearizedFit, options: DiagnoseOptions) -> list[Dependence
     problem = fit.problem
     by_channel: dict[Channel, list[_ResidualSeries]] = {}
     parts = _parts(fit, in_si=True)
-    starts = problem.split(problem.first())[1]
     for i in range(len(problem.inputs)):
-        free = problem.model.vector[list(problem.free)]
-        out = problem.outputs(i, free[None], starts[i : i + 1])[0]
+        out = problem.simulated(i)
         for series, part in zip(problem.observed, parts, strict=True):
             if series.run == i:
                 covariates = _covariates(problem, i, out, series.channel)
@@ -130,10 +128,11 @@ def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> di
         and problem.inputs[run].run.temperature is not None
         and not problem.inputs[run].driven
     ):
-        vector, start = problem.model.vector[None], np.array([problem.split(problem.first())[1][run]])
-        driven = measured_drive(problem.inputs[run], problem.model, float(start[0]))
+        model, start = problem.model_of(run), np.array([problem.split(problem.first())[1][run]])
+        driven = measured_drive(problem.inputs[run], model, float(start[0]))
         moved = (
-            driven.simulate(problem.model, vector, start)[0, :, STATE["displacement"]] - out[:, STATE["displacement"]]
+            driven.simulate(model, model.vector[None], start)[0, :, STATE["displacement"]]
+            - out[:, STATE["displacement"]]
         )
         found[UNPREDICTED_HEAT] = sampled(moved) if series.keep is None else sampled(moved) * series.keep
     return found

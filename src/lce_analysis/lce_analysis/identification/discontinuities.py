@@ -43,14 +43,12 @@ def without_discontinuities(problem: Problem) -> Problem:
     Models with a branch for each direction jump where the temperature turns inside the loop. Which side of the jump a
     sample is on is decided within a hundredth of a second, and would outweigh all the rest.
     """
-    starts = problem.split(problem.first())[1]
-    free = problem.model.vector[list(problem.free)]
     observed = []
     for series in problem.observed:
         if series.channel in MECHANICAL:
             time = problem.inputs[series.run].time_s
-            out = problem.outputs(series.run, free[None], starts[series.run : series.run + 1])[0]
-            jumps = discontinuities(time, out[:, COLUMN[series.channel]], 1.0 / series.weight)
+            modelled = problem.simulated(series.run)[:, COLUMN[series.channel]]
+            jumps = discontinuities(time, modelled, 1.0 / series.weight)
             counted = away_from(jumps, series.sampling(time))
             series = replace(series, keep=None if counted.all() else counted.astype(np.float64))
         observed.append(series)

@@ -90,14 +90,18 @@ def thinned(run_input: SimulationInput) -> SimulationInput:
 
 
 def search_box(problem: Problem, inputs: Sequence[SimulationInput]) -> tuple[Floats, Floats]:
-    """Where to look for a first guess, in the unit box: the bounds, temperatures near those that the strip had."""
+    """Where to look for a first guess, in the unit box: the usual ranges, temperatures near those that the strip had.
+
+    What has no usual range is looked for within its bounds.
+    """
     coldest = min(float(i.drive_k.min()) for i in inputs)
     hottest = max(float(i.drive_k.max()) for i in inputs)
     values = [problem.model.values[i] for i in problem.free]
     # Differences of temperature are in K too, but start near zero.
     temperature = np.array([v.unit == "K" and v.parameter.lower > 100.0 for v in values])
     lower, upper = problem.transformation.lower, problem.transformation.upper
-    low = np.where(temperature, np.maximum(lower, coldest - 40.0), lower)
-    high = np.where(temperature, np.minimum(upper, hottest), upper)
+    usual = np.array([v.parameter.usual or (v.lower, v.upper) for v in values]).T
+    low = np.where(temperature, np.maximum(lower, coldest - 40.0), np.maximum(lower, usual[0]))
+    high = np.where(temperature, np.minimum(upper, hottest), np.minimum(upper, usual[1]))
     low, high = np.where(low < high, low, lower), np.where(low < high, high, upper)
     return problem.transformation.to_box(low), problem.transformation.to_box(high)

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.identification.bounds import reaching
 from lce_analysis.identification.first_guess import search_box, thinned, with_curves_guess, with_thermal_guess
 from lce_analysis.identification.least_squares import (
     EPSILON,
@@ -26,6 +27,7 @@ from lce_analysis.identification.least_squares import (
 )
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, observed_series, start_conditions, with_thermal_state
+from lce_analysis.identification.random_effects import settle
 from lce_analysis.identification.result import FitResult
 from lce_analysis.identification.stages import HEAT_STAGES, MECHANICAL_STAGES, thermal_stage
 from lce_analysis.options import FitOptions
@@ -36,6 +38,7 @@ from lce_analysis.prediction import (
     excited,
     measured_drive,
     simulation_input,
+    with_ambient_at_rest,
 )
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
@@ -92,6 +95,7 @@ def fit(
     if not runs:
         raise LceError("no runs to fit")
     check_runs(model, runs, options)
+    model = with_ambient_at_rest(reaching(model, runs), runs)
     inputs = [simulation_input(run, model) for run in runs]
     return _Search(model, inputs, options, watched(progress, cancel)).result()
 
@@ -163,13 +167,12 @@ class _Search:
         """RMS noise of those channels that were measured."""
         return sensor_noise([i.run for i in self.inputs], channels)
 
-    def _polish(self, problem: Problem, label: str, tolerance: float = TOLERANCE) -> Optimum:
-        optimum = levenberg_marquardt(problem, problem.first(), label, self.progress, 100, tolerance)
+    def _polish(self, problem: Problem, label: str, tolerance: float = TOLERANCE) -> tuple[Problem, Optimum]:
+        found, optimum = settle(problem, label, self.progress, 100, tolerance)
         self._count(optimum)
-        return optimum
+        return found, optimum
 
-    def _adopt(self, problem: Problem, variables: Floats) -> None:
-        there = problem.at(variables)
+    def _adopt(self, there: Problem) -> None:
         self.model, self.starts = there.model, there.starts_k
 
     def thermal(self) -> Problem | None:
@@ -178,19 +181,28 @@ class _Search:
         observed = observed_series(self.inputs, self._noise([TEMPERATURE]))
         if self.model.thermal == "none" or not observed or not free:
             return None
+        if self.model.deformation == "none":
+            free = self._free(STAGES)  # with the lags of the sensor; elsewhere these come with the displacement
         best: tuple[Problem, Optimum] | None = None
         whole = self.model
         for guess in self._thermal_guesses():
-            alone = thermal_stage(guess)
+            alone = thermal_stage(guess.varying({}))
             problem = Problem(alone, self.inputs, free, self.starts, observed, with_thermal_state(self.inputs))
-            optimum = self._polish(problem, "temperature")
-            if best is None or optimum.rms < best[1].rms:
-                best = problem, optimum
+            found = self._polish(problem, "temperature")
+            if best is None or found[1].rms < best[1].rms:
+                best = found
             if self.interrupted:
                 break
         assert best is not None
-        self._adopt(best[0], best[1].variables)
-        self.model = whole.set({v.key: v.value for v in self.model.values})
+        if whole.varies and not self.interrupted:
+            varying = thermal_stage(whole).set({v.key: v.value for v in best[0].model.values})
+            free_starts, at_ambient = start_conditions(self.inputs, varying)
+            own = replace(best[0], model=varying, free_starts=free_starts, at_ambient=at_ambient)
+            best = self._polish(own, "temperature, run by run")
+        self._adopt(best[0])
+        self.model = whole.set({v.key: v.value for v in self.model.values}).varying(
+            {**whole.varies, **self.model.varies}
+        )
         return replace(best[0], model=self.model)
 
     def _thermal_guesses(self) -> Iterator[Model]:
@@ -207,14 +219,15 @@ class _Search:
         """The runs in which something behind the temperature was measured, driven by their temperature."""
         driven = []
         for run_input, start in zip(self.inputs, self.starts, strict=True):
+            own = self.model.of_run(run_input.run.name, run_input.run.sha256)
             if not any(channel in run_input.run.series for channel in MECHANICAL):
                 continue
             if self.options.drive == "measured":
-                driven.append(measured_drive(run_input, self.model, float(start)))
+                driven.append(measured_drive(run_input, own, float(start)))
             elif run_input.driven:
                 driven.append(run_input)
             else:
-                out = run_input.simulate(self.model, self.model.vector[None], np.array([start]))
+                out = run_input.simulate(own, own.vector[None], np.array([start]))
                 driven.append(replace(run_input, drive_k=np.ascontiguousarray(out[0, :, STATE["temperature"]])))
         return driven
 
@@ -226,7 +239,8 @@ class _Search:
             return None
         full = self.driven_inputs()
         coarse = [thinned(i) for i in full]
-        problem = Problem(self.model, coarse, free, np.zeros(len(coarse)), observed_series(coarse, sigma))
+        shared = self.model.varying({})  # what differs from run to run comes with the last least squares
+        problem = Problem(shared, coarse, free, np.zeros(len(coarse)), observed_series(coarse, sigma))
         box = search_box(problem, coarse)
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
@@ -234,7 +248,7 @@ class _Search:
         if self.model.deformation != "dynamic" and not self.interrupted and _astray(problem, best.variables):
             again = self._best_of(problem, list(self._random_guesses(problem, box, label, attempt=1)), label)
             best = min(best, again, key=lambda optimum: optimum.rms)
-        self._adopt_deformation(problem, best.variables)
+        self._adopt_deformation(problem.at(best.variables))
         return Problem(self.model, full, free, np.zeros(len(full)), observed_series(full, sigma))
 
     def _best_of(self, problem: Problem, guesses: list[Floats], label: str) -> Optimum:
@@ -254,10 +268,8 @@ class _Search:
             ranked = sorted(found, key=lambda o: o.rms)
         return ranked[0]
 
-    def _adopt_deformation(self, problem: Problem, variables: Floats) -> None:
-        starts = self.starts
-        self._adopt(problem, variables)
-        self.starts = starts
+    def _adopt_deformation(self, there: Problem) -> None:
+        self.model = there.model.varying({**self.model.varies, **there.model.varies})
 
     def _two_step(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
         """The rough solution p_r of §5.3, from the run whose series covers most.
@@ -333,8 +345,8 @@ class _Search:
             )
             if self.interrupted:
                 return problem
-            self._adopt(problem, self._polish(problem, "both stages", self.options.negligible / problem.size).variables)
-            problem = replace(problem, model=self.model, starts_k=self.starts)
+            problem, _ = self._polish(problem, "both stages", self.options.negligible / problem.size)
+            self._adopt(problem)
             before, sigma = sigma, self._misfit(problem)
             if max(abs(sigma[channel] / before[channel] - 1.0) for channel in sigma) < self.options.same_weights:
                 break
@@ -350,9 +362,9 @@ class _Search:
         """The deformation alone, on every sample: where only it is fitted, or the measured temperature drives it."""
         if self.interrupted:
             return deformation
-        optimum = self._polish(deformation, f"{self.model.deformation} model, all samples")
-        self._adopt_deformation(deformation, optimum.variables)
-        return replace(deformation, model=self.model)
+        found, _ = self._polish(deformation, f"{self.model.deformation} model, all samples")
+        self._adopt_deformation(found)
+        return replace(found, model=self.model)
 
     def result(self) -> FitResult:
         thermal = self.thermal()

@@ -47,14 +47,15 @@ def levenberg_marquardt(
     count = 0
     # MINPACK may try variables far out of the way; sin makes them valid again, the start temperatures stay physical.
     low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
-    low[len(problem.free) :], high[len(problem.free) :] = 200.0, 700.0
+    starts = len(problem.free) + problem.offsets
+    low[starts:], high[starts:] = 200.0, 2000.0
 
     def residuals(variables: Floats) -> Floats:
         nonlocal best, count
         count += 1
-        r = problem.residuals(np.clip(variables, low, high))
+        r = problem.penalized(np.clip(variables, low, high))
         r = np.where(np.isfinite(r), np.clip(r, -FARTHEST, FARTHEST), FARTHEST)
-        rms = float(np.sqrt(np.mean(r**2)))
+        rms = float(np.sqrt(np.sum(r**2) / problem.size))
         if rms < best.rms:
             best = Optimum(np.clip(variables, low, high), rms, count, False)
         progress(label, min(count, iterations), iterations, best.rms)
@@ -64,7 +65,7 @@ def levenberg_marquardt(
         least_squares(
             residuals,
             start,
-            jac=problem.jacobian,
+            jac=problem.penalized_jacobian,
             method="lm",
             x_scale=1.0,
             ftol=tolerance,

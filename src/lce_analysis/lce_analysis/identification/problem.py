@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fit as numbers: runs and free parameters in, weighted residuals and their Jacobian out."""
+"""A fit as numbers: runs and free parameters in, weighted residuals and their Jacobian out.
+
+A parameter that differs from run to run is a random effect: each run has an offset from the shared value, on the
+scale of the search variables, and the offsets are drawn towards zero by their spread (:mod:`lce_model.variation`).
+"""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -15,10 +19,12 @@ from scipy.signal import lfilter
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.prediction import COLUMN, Sampling, SimulationInput, starts_at
 from lce_data.channels import TEMPERATURE, Channel
-from lce_model import Model
+from lce_model import Model, RunValue, Variation
 
 Floats = NDArray[np.float64]
 
+LOOSE: Final = 0.5
+"""Standard deviation of an offset of which no spread is known yet; z covers the bounds of a parameter in π."""
 PARAMETER_STEP: Final = 1e-6
 START_STEP_K: Final = 1e-3
 """Steps of the differences: of a parameter as a search variable, and of a start temperature."""
@@ -58,11 +64,12 @@ class ObservedSeries:
 
 @dataclass(frozen=True)
 class Problem:
-    """Weighted least squares of several runs with one parameter set.
+    """Weighted least squares of several runs.
 
-    The variables are the free parameters ``free`` (positions in ``model.values``) as unbounded search variables, and
-    behind them the start temperatures [K] of the runs ``free_starts``. Runs ``at_ambient`` start at the ambient
-    temperature, whatever it is; all others at their entry of ``starts_k`` (runs,).
+    The variables are the free parameters ``free`` (positions in ``model.values``) as unbounded search variables z;
+    behind them, for each of them that varies from run to run, the offsets of z of all runs; and behind those the start
+    temperatures [K] of the runs ``free_starts``. Runs ``at_ambient`` start at their ambient temperature, whatever it
+    is; all others at their entry of ``starts_k`` (runs,).
     """
 
     model: Model
@@ -83,27 +90,66 @@ class Problem:
         """Number of residuals."""
         return sum(series.size for series in self.observed)
 
+    @cached_property
+    def varying(self) -> tuple[int, ...]:
+        """Which of the free parameters vary from run to run: their places in ``free``."""
+        return tuple(j for j, i in enumerate(self.free) if self.model.values[i].key in self.model.varies)
+
+    @property
+    def offsets(self) -> int:
+        """Number of variables that are offsets of a run."""
+        return len(self.varying) * len(self.inputs)
+
+    def model_of(self, run: int) -> Model:
+        """The model with the values of a run."""
+        return self.model.of_run(self.inputs[run].run.name, self.inputs[run].run.sha256)
+
     def first(self) -> Floats:
         """The variables at the values of the model."""
-        z = self.transformation.to_search(self.model.vector[list(self.free)])
-        return np.concatenate([z, self.starts_k[list(self.free_starts)]])
+        z = self._search_variables(self.model)
+        return np.concatenate([z, self._first_offsets(z).ravel(), self.starts_k[list(self.free_starts)]])
+
+    def _search_variables(self, model: Model) -> Floats:
+        return self.transformation.to_search(model.vector[list(self.free)])
+
+    def _first_offsets(self, z: Floats) -> Floats:
+        """Offsets (varying, runs) of the search variables as the model has them."""
+        own = [(self._search_variables(self.model_of(i)) - z)[list(self.varying)] for i in range(len(self.inputs))]
+        return np.array(own).T if self.varying else np.empty((0, len(self.inputs)))
 
     def split(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Physical parameters (…, k) and start temperatures (…, runs) of variables (…, k + free starts)."""
+        """Shared parameters (…, k) and start temperatures (…, runs) of variables (…, all)."""
         k = len(self.free)
         free = self.transformation.to_model(variables[..., :k])
         starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
-        starts[..., list(self.free_starts)] = variables[..., k:]
+        starts[..., list(self.free_starts)] = variables[..., k + self.offsets :]
         if self.at_ambient:
             ambient = self.model.index("ambient.t_env")
-            here = free[..., self.free.index(ambient)] if ambient in self.free else self.model.vector[ambient]
-            starts[..., list(self.at_ambient)] = np.asarray(here)[..., None]
+            for i in self.at_ambient:
+                own = self.own(variables, i) if self.varying else free
+                starts[..., i] = (
+                    own[..., self.free.index(ambient)] if ambient in self.free else self.model_of(i).vector[ambient]
+                )
         return free, starts
 
-    def outputs(self, run: int, free: Floats, start_k: Floats) -> Floats:
-        """Kernel outputs (m, n, columns) of one run for rows of free parameters (m, k) and starts (m,)."""
-        rows = np.repeat(self.model.vector[None], free.shape[0], axis=0)
-        rows[:, list(self.free)] = free
+    def own(self, variables: Floats, run: int) -> Floats:
+        """Free parameters (…, k) of one run."""
+        k, runs = len(self.free), len(self.inputs)
+        z = np.array(variables[..., :k])
+        for v, j in enumerate(self.varying):
+            z[..., j] += variables[..., k + v * runs + run]
+        return np.asarray(self.transformation.to_model(z))
+
+    def simulated(self, run: int) -> Floats:
+        """Kernel outputs (n, columns) of one run as the problem stands."""
+        variables = self.first()
+        start = self.split(variables)[1][run : run + 1]
+        return np.asarray(self._outputs(run, self.own(variables, run)[None], start)[0])
+
+    def _outputs(self, run: int, own: Floats, start_k: Floats) -> Floats:
+        """Kernel outputs (m, n, columns) of one run for rows of its free parameters (m, k) and starts (m,)."""
+        rows = np.repeat(self.model_of(run).vector[None], own.shape[0], axis=0)
+        rows[:, list(self.free)] = own
         return self.inputs[run].simulate(self.model, rows, np.ascontiguousarray(start_k))
 
     def at(self, variables: Floats) -> "Problem":
@@ -112,14 +158,60 @@ class Problem:
         vector = self.model.vector
         vector[list(self.free)] = free
         values = tuple(replace(v, value=float(x)) for v, x in zip(self.model.values, vector, strict=True))
-        return replace(self, model=self.model.with_values(values, {}), starts_k=np.array(starts, dtype=np.float64))
+        model = self.model.with_values(values, {}).varying(self._variations(variables))
+        return replace(self, model=model, starts_k=np.array(starts, dtype=np.float64))
+
+    def _variations(self, variables: Floats) -> dict[str, Variation]:
+        """What varies, with the value of each of these runs."""
+        own = [self.own(variables, i) for i in range(len(self.inputs))]
+        found = dict(self.model.varies)
+        for j in self.varying:
+            key = self.model.values[self.free[j]].key
+            by_run = {p.run.name: RunValue(float(o[j])) for p, o in zip(self.inputs, own, strict=True)}
+            found[key] = replace(found[key], by_run={**found[key].by_run, **by_run})
+        return found
+
+    @property
+    def slopes(self) -> Floats:
+        """(k,) dp/dz of the free parameters where the problem stands; zero on a bound."""
+        p = self.model.vector[list(self.free)]
+        return np.asarray(self.transformation.natural_slope(p) * self.transformation.natural_per_search(p))
+
+    @cached_property
+    def prior_weight(self) -> Floats:
+        """(offsets,) one over the standard deviation of each offset; loose where no spread is known yet."""
+        weights = []
+        for j in self.varying:
+            spread = self.model.varies[self.model.values[self.free[j]].key].spread
+            deviation = LOOSE if spread is None else min(spread / max(float(self.slopes[j]), 1e-300), LOOSE)
+            weights += [1.0 / max(deviation, PARAMETER_STEP)] * len(self.inputs)
+        return np.array(weights)
+
+    def penalized(self, variables: Floats) -> Floats:
+        """(N + offsets,) the residuals, and behind them each offset in units of its standard deviation."""
+        k = len(self.free)
+        return np.concatenate([self.residuals(variables), variables[k : k + self.offsets] * self.prior_weight])
+
+    def penalized_jacobian(self, variables: Floats, central: bool = False) -> Floats:
+        """(N + offsets, variables) of :meth:`penalized`."""
+        prior = np.zeros((self.offsets, variables.size))
+        places = len(self.free) + np.arange(self.offsets)
+        prior[np.arange(self.offsets), places] = self.prior_weight
+        return np.vstack([self.jacobian(variables, central), prior])
 
     def response(self, rows: Floats) -> Floats:
-        """Weighted outputs (m, N) for rows (m, all parameters) at the start temperatures of the problem."""
-        starts = np.broadcast_to(self.split(self.first())[1], (rows.shape[0], self.starts_k.size))
+        """Weighted outputs (m, N) for rows (m, all parameters) at the start temperatures of the problem.
+
+        What varies from run to run keeps the value of the run.
+        """
+        variables = self.first()
+        starts = self.split(variables)[1]
+        places = [self.free[j] for j in self.varying]
 
         def response_of_run(i: int) -> list[Floats]:
-            return self._weighted(i, self.inputs[i].simulate(self.model, rows, np.ascontiguousarray(starts[:, i])))
+            own = rows.copy()
+            own[:, places] = self.own(variables, i)[list(self.varying)]
+            return self._weighted(i, self.inputs[i].simulate(self.model, own, np.full(rows.shape[0], starts[i])))
 
         return self._stack(self._each_run(response_of_run))
 
@@ -128,8 +220,8 @@ class Problem:
         mine = [series for series in self.observed if series.run == run]
         return [series.weighted(series.sampling(out[:, :, COLUMN[series.channel]])) for series in mine]
 
-    def _modelled(self, run: int, free: Floats, start_k: Floats) -> list[Floats]:
-        return self._weighted(run, self.outputs(run, free, start_k))
+    def _modelled(self, run: int, own: Floats, start_k: Floats) -> list[Floats]:
+        return self._weighted(run, self._outputs(run, own, start_k))
 
     def _each_run(self, compute: Callable[[int], list[Floats]]) -> list[list[Floats]]:
         return list(_POOL.map(compute, range(len(self.inputs))))
@@ -145,33 +237,41 @@ class Problem:
 
     def residuals(self, variables: Floats) -> Floats:
         """(N,) weighted model minus measurement."""
-        free, starts = self.split(variables)
-        parts = self._each_run(lambda i: [m[0] for m in self._modelled(i, free[None], starts[i : i + 1])])
+        starts = self.split(variables)[1]
+        parts = self._each_run(
+            lambda i: [m[0] for m in self._modelled(i, self.own(variables, i)[None], starts[i : i + 1])]
+        )
         return self._stack(parts) - self._target
 
     def jacobian(self, variables: Floats, central: bool = False) -> Floats:
         """(N, variables) of the residuals: forward differences over the parameters, or central ones at twice the cost.
 
-        A start temperature touches its own run only, so its two simulations are of that run alone.
+        A start temperature touches its own run only, so its two simulations are of that run alone. An offset does in
+        its run what the shared variable does there.
         """
-        k = len(self.free)
+        k, runs = len(self.free), len(self.inputs)
         parameter_steps = np.zeros((k, variables.size))
         np.fill_diagonal(parameter_steps, PARAMETER_STEP)
-        shifted = [parameter_steps, -parameter_steps if central else np.zeros((1, variables.size))]
-        free, starts = self.split(variables + np.vstack(shifted))
-        here, start_here = self.split(variables)
+        shifted = variables + np.vstack(
+            [parameter_steps, -parameter_steps if central else np.zeros((1, variables.size))]
+        )
+        starts = self.split(shifted)[1]
+        start_here = self.split(variables)[1]
 
         def slopes_of_run(i: int) -> list[Floats]:
             slopes = []
-            for modelled in self._modelled(i, free, starts[:, i]):
+            for modelled in self._modelled(i, self.own(shifted, i), starts[:, i]):
                 span = 2.0 * PARAMETER_STEP if central else PARAMETER_STEP
                 of_series = np.zeros((variables.size, modelled.shape[1]))
                 of_series[:k] = (modelled[:k] - modelled[k:]) / span
+                for v, j in enumerate(self.varying):
+                    of_series[k + v * runs + i] = of_series[j]
                 slopes.append(of_series)
             if i in self.free_starts:
+                here = np.tile(self.own(variables, i), (2, 1))
                 both = start_here[i] + np.array([START_STEP_K, -START_STEP_K])
-                row = k + self.free_starts.index(i)
-                for of_series, modelled in zip(slopes, self._modelled(i, np.tile(here, (2, 1)), both), strict=True):
+                row = k + self.offsets + self.free_starts.index(i)
+                for of_series, modelled in zip(slopes, self._modelled(i, here, both), strict=True):
                     of_series[row] = (modelled[0] - modelled[1]) / (2.0 * START_STEP_K)
             return slopes
 
@@ -229,6 +329,6 @@ def start_conditions(inputs: Sequence[SimulationInput], model: Model) -> tuple[t
     if model.thermal == "none":
         return (), ()
     measured = with_thermal_state(inputs)
-    ambient = model["ambient.t_env"]
-    rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, ambient))
+    ambients = [model.of_run(p.run.name, p.run.sha256)["ambient.t_env"] for p in inputs]
+    rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, ambients[i]))
     return tuple(i for i in measured if i not in rest), rest

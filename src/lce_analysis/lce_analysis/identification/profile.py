@@ -75,7 +75,7 @@ def profiles(
 
 def _profile(problem: Problem, j: int, threshold: float, most: int, progress: Progress) -> Profile:
     value = problem.model.values[problem.free[j]]
-    least = problem.residuals(problem.first())
+    least = problem.penalized(problem.first())
     sides, ends = [], []
     for sign in (-1.0, 1.0):
         points = [(value.value, 0.0)]

@@ -13,6 +13,7 @@ import lce_model
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.identification.identifiability import Identifiability, identifiability
 from lce_analysis.identification.problem import Problem
+from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.identification.uncertainty import calibrated
 from lce_analysis.options import Drive, FitOptions
 from lce_analysis.prediction import predict
@@ -55,6 +56,7 @@ class FitResult:
         interrupted: bool = False,
     ) -> "FitResult":
         """The result of a problem that stands at its least squares: standard errors, and the record of the fit."""
+        problem = problem if interrupted or not problem.varying else with_run_errors(problem)
         report = None if interrupted else _uncertainty(problem, options)
         values = _annotated(problem.model, problem, report)
         record = _record(problem.model, runs, starts_k, options.drive, report, interrupted)
@@ -64,10 +66,10 @@ class FitResult:
 def _uncertainty(problem: Problem, options: FitOptions) -> Identifiability:
     """Standard errors from the Jacobian at the optimum, each series scaled by its own residual and correlation."""
     variables = problem.first()
-    jacobian = calibrated(problem).jacobian(variables, central=True)
+    jacobian = calibrated(problem).penalized_jacobian(variables, central=True)
     k, c = len(problem.free), problem.transformation
     natural = jacobian[:, :k] / np.maximum(c.natural_per_search(problem.split(variables)[0]), 1e-9)
-    if problem.free_starts:
+    if jacobian.shape[1] > k:
         q, _ = np.linalg.qr(jacobian[:, k:])
         natural -= q @ (q.T @ natural)
     keys = [problem.model.values[i].key for i in problem.free]

@@ -39,4 +39,5 @@ def thermal_stage(model: Model) -> Model:
     if any(reads(t, signal) for t in alone.terms for signal in behind):
         return model
     own = {v.key: v for v in model.values}
-    return alone.with_values(tuple(own[v.key] for v in alone.values), {})
+    varies = {key: v for key, v in model.varies.items() if key in alone}
+    return alone.with_values(tuple(own[v.key] for v in alone.values), {}).varying(varies)

@@ -96,11 +96,11 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
 
 
 def _covariance(problem: Problem) -> Floats:
-    """Covariance (k, k) of the free parameters as search variables, the start temperatures left open."""
+    """Covariance (k, k) of the free parameters as search variables, offsets and start temperatures left open."""
     k = len(problem.free)
-    jacobian = problem.jacobian(problem.first(), central=True)
+    jacobian = problem.penalized_jacobian(problem.first(), central=True)
     own = jacobian[:, :k]
-    if problem.free_starts:
+    if jacobian.shape[1] > k:
         q, _ = np.linalg.qr(jacobian[:, k:])
         own = own - q @ (q.T @ own)
     _, singular, rows = np.linalg.svd(own, full_matrices=False)
