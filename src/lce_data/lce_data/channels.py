@@ -58,6 +58,8 @@ class Channel:
     lowest, largest : range of the values of a recording [recorded unit].
     hint : what to do about a recording outside of that range.
     largest_median : limit of the median of a recording [recorded unit], for a sensor whose single readings may be wild.
+    mistaken : a recording that stays within this range, but for one reading in twenty below it, is in another unit
+        [recorded unit].
     csv_format : format of a value in a CSV [recorded unit].
     digits : significant digits of a difference in a sentence.
     """
@@ -78,6 +80,7 @@ class Channel:
     largest: float
     hint: str
     largest_median: float = math.inf
+    mistaken: tuple[float, float] | None = None
     csv_format: str = ".9g"
     digits: int = 3
 
@@ -126,7 +129,8 @@ TEMPERATURE: Final = Channel(
     noise=0.06,
     lowest=-KELVIN,
     largest=math.inf,
-    largest_median=200.0,
+    largest_median=1500.0,
+    mistaken=(250.0, 400.0),
     csv_format=".6f",
     digits=2,
     hint=f"is it in kelvin? Subtract {KELVIN}",

@@ -129,7 +129,8 @@ def _check_values(path: Path, channel: Channel, value: Floats) -> None:
     unit = channel.recorded.symbol
     if low < channel.lowest:
         raise LceError(f"{path}: {channel.name} of {low:g} {unit}; {channel.hint}")
-    if median > channel.largest_median:
+    lasting, among = float(np.quantile(value, 0.05)), channel.mistaken
+    if median > channel.largest_median or (among and among[0] < lasting and high < among[1]):
         raise LceError(f"{path}: {channel.name} around {median:.0f} {unit}; {channel.hint}")
     if high > channel.largest:
         raise LceError(f"{path}: {channel.name} of {high:g} {unit}; {channel.hint}")

@@ -65,6 +65,9 @@ class Parameter:
     ``scale`` is the axis on which the parameter is searched: linear, logarithmic, or, for a strength that may well be
     zero, linear up to ``knee`` and logarithmic beyond (asinh(p/knee)). ``fixed`` marks what a fit leaves alone by
     default (geometry, references).
+
+    ``lower`` and ``upper`` are where it is searched unless a model has other bounds; :attr:`least` is what no bounds
+    may go below. ``usual`` is where the first guesses of a search are drawn from, the bounds if it is None.
     """
 
     name: str
@@ -77,6 +80,7 @@ class Parameter:
     scale: Literal["linear", "log", "asinh"] = "linear"
     knee: float = 0.0
     fixed: bool = False
+    usual: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier() or self.name in SIGNALS or self.name == "dt":
@@ -87,7 +91,14 @@ class Parameter:
             raise LceError(f"parameter {self.name}: a log scale needs a positive lower bound, not {self.lower:g}")
         if (self.scale == "asinh") != (self.knee > 0.0):
             raise LceError(f"parameter {self.name}: a knee goes with the asinh scale, and is positive")
+        if self.usual is not None and not self.lower <= self.usual[0] < self.usual[1] <= self.upper:
+            raise LceError(f"parameter {self.name}: the usual range {self.usual} is not within the bounds")
         self.check(self.default)
+
+    @property
+    def least(self) -> float:
+        """What no bounds may go below: 0 for what is never negative (times, capacities, temperatures), else -inf."""
+        return 0.0 if self.lower >= 0.0 else -math.inf
 
     def check(self, value: float) -> float:
         """Return ``value``. Raises LceError if it is not finite or outside the bounds."""

@@ -223,6 +223,24 @@ def test_camera_lag() -> None:
     np.testing.assert_array_equal(run.temperature_k, BARE.temperature_k)
 
 
+def test_second_mass_is_the_two_state_model() -> None:
+    # Heater T_1 and sensor T_2 of TCLab: U_a, U_b [W/K], C_1, C_2 [J/K]; from T_1 = T_2 = T_env.
+    u_a, u_b, c_1, c_2, alpha = 0.04, 0.03, 4.0, 0.5, 1.2
+
+    def slope(y: Floats, p: float, t: float) -> Floats:
+        flow = u_b * (y[1] - y[0])
+        return np.array([(u_a * (AMBIENT - y[0]) + flow + alpha * p) / c_1, -flow / c_2])
+
+    measured = solved(slope, [AMBIENT, AMBIENT])[1]
+    product, total = c_1 * c_2 / (u_a * u_b), c_1 / u_a + c_2 / u_a + c_2 / u_b
+    slow = 0.5 * (total + np.sqrt(total**2 - 4.0 * product))
+    changes = {"lumped.gain": alpha / u_a, "lumped.tau": slow, "second_mass.tau": product / slow}
+    run = simulate(STRIP.set(changes), TIME, POWER)
+    lumped = simulate(STRIP.set(changes | {"second_mass.tau": 0.0}), TIME, POWER)
+    close(run.measured_temperature_k, measured, lumped.measured_temperature_k)
+    np.testing.assert_array_equal(run.temperature_k, lumped.temperature_k)
+
+
 @pytest.mark.parametrize("delay", [0.004, 0.01, 0.5])
 def test_a_dead_time_is_one_at_any_step(delay: float) -> None:
     model = STRIP.set({"camera_lag.delay": delay})

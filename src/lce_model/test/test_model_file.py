@@ -42,10 +42,10 @@ def test_a_number_as_people_write_it_is_a_number(tmp_path: Path) -> None:
         ("thermal: lumped", "thermal: lumpy", r"m\.yaml: thermal: unknown model 'lumpy'; one of none, lumped"),
         ("gain:", "gian:", r"m\.yaml: parameters\.lumped: unknown key 'gian'; known: gain, tau"),
         ("unit: K/W", "unit: K/mW", r"m\.yaml: parameters\.lumped\.gain\.unit: 'K/mW' does not fit.*'K/W'"),
-        ("value: 18.0", "value: -18.0", r"m\.yaml: lumped\.tau: -18 s is outside \[0\.1, 2000\] s"),
+        ("value: 18.0", "value: -18.0", r"m\.yaml: lumped\.tau: -18 s is outside \[0\.01, 1e\+06\] s"),
         ("value: 18.0", "value: fast", r"m\.yaml: parameters\.lumped\.tau\.value is 'fast'; it must be a number"),
         ("value: 18.0", "value: .nan", r"parameters\.lumped\.tau\.value: nan is not a finite number"),
-        ("bounds: [0.1, 2000.0]}", "bounds: [0.1]}", r"bounds: \[0\.1\] is not \[lower, upper\]"),
+        ("bounds: [0.01, 1000000.0]}", "bounds: [0.1]}", r"bounds: \[0\.1\] is not \[lower, upper\]"),
         ("effects: []", "effects: [creeep]", r"m\.yaml: unknown effect 'creeep'"),
         ("format: lce-model-1", "format: 7", r"m\.yaml: format is 7; it must be text"),
         ("format: lce-model-1", "format: lce-model-9", r"m\.yaml: format: 'lce-model-9' is not 'lce-model-1'"),
@@ -80,10 +80,31 @@ def test_an_unwritable_place_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_setting_names_key_value_and_range() -> None:
-    with pytest.raises(LceError, match=r"lumped\.gain: 1e\+06 K/W is outside \[0\.1, 2000\] K/W"):
-        default_model().set({"lumped.gain": 1e6})
+    with pytest.raises(LceError, match=r"lumped\.gain: 1e\+07 K/W is outside \[0\.0001, 1e\+06\] K/W"):
+        default_model().set({"lumped.gain": 1e7})
     with pytest.raises(LceError, match=r"unknown parameter 'lumped\.gin'"):
         default_model().set({"lumped.gin": 1.0})
+
+
+def test_bounds_wider_than_by_default_are_kept(tmp_path: Path) -> None:
+    model = default_model("lumped", "none", ("camera_lag",)).hold({"camera_lag.tau": (0.0, 60.0)})
+    model = model.set({"camera_lag.tau": 43.0})
+    save_model(model, tmp_path / "m.yaml")
+    assert load_model(tmp_path / "m.yaml") == model
+
+
+@pytest.mark.parametrize(
+    ("key", "bounds", "message"),
+    [
+        ("lumped.tau", (5.0, 5.0), r"lumped\.tau: bounds \[5, 5\] s are not an interval"),
+        ("lumped.tau", (0.0, 5.0), r"lumped\.tau: the lower bound, 0 s, must be above 0, as its scale is logarithmic"),
+        ("camera_lag.tau", (-1.0, 5.0), r"camera_lag\.tau: the lower bound, -1 s, must be at least 0"),
+        ("camera_lag.tau", (0.0, float("inf")), r"bounds \[0, inf\] s are not an interval"),
+    ],
+)
+def test_bounds_that_a_parameter_cannot_have_are_refused(key: str, bounds: tuple[float, float], message: str) -> None:
+    with pytest.raises(LceError, match=message):
+        default_model("lumped", "none", ("camera_lag",)).hold({key: bounds})
 
 
 def test_what_is_fixed_by_default_stays_fixed_where_a_file_does_not_say(tmp_path: Path) -> None:

@@ -85,10 +85,11 @@ def step(
 
 
 _PAPER = "Al Janaideh et al. 2011; value plausible"
+_REACH = "contraction at the height 1 of the envelope"
 ENVELOPE_PARAMETERS = (
-    Parameter("reach", "1", 0.4, 0.01, 5.0, "contraction at the height 1 of the envelope", _PAPER, "log"),
+    Parameter("reach", "1", 0.4, 1e-4, 5.0, _REACH, _PAPER, "log", usual=(0.01, 5.0)),
     Parameter("t_mid", "K", 327.0, 250.0, 450.0, "middle of the envelope", _PAPER),
-    Parameter("width", "K", 12.0, 0.5, 100.0, "width of the envelope", _PAPER, "log"),
+    Parameter("width", "K", 12.0, 0.05, 500.0, "width of the envelope", _PAPER, "log", usual=(0.5, 100.0)),
     Parameter("slope", "1/K", 1e-3, 0.0, 0.02, "slope of the envelope far from its middle", _PAPER),
     Parameter("t_ref", "K", 301.15, 250.0, 400.0, "temperature at which λ = 1 at rest", _PAPER),
 )
@@ -99,7 +100,7 @@ PRANDTL_ISHLINSKII = Term(
     equation="lambda = 1 - reach (sum_j p_j play_{r_j}[gamma(T)] - rest)",
     parameters=(
         *ENVELOPE_PARAMETERS,
-        Parameter("threshold", "1", 0.4, 0.001, 1.0, "largest threshold r", _PAPER, "log"),
+        Parameter("threshold", "1", 0.4, 0.001, 10.0, "largest threshold r", _PAPER, "log", usual=(0.001, 1.0)),
         Parameter("decay", "1", 0.0, -10.0, 10.0, "how the weights fall with the threshold", _PAPER),
     ),
     states=("rest",),

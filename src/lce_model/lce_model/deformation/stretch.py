@@ -34,7 +34,15 @@ STRETCH = Term(
     equation="lambda = ((1 + alpha Q)/(1 + alpha Q0))^(1/3)",
     parameters=(
         Parameter(
-            "alpha", "1", 1.91, 0.05, 50.0, "deformation coefficient α", "(4.21), Amp 0.2, T_h 30 s", scale="log"
+            "alpha",
+            "1",
+            1.91,
+            1e-3,
+            50.0,
+            "deformation coefficient α",
+            "(4.21), Amp 0.2, T_h 30 s",
+            scale="log",
+            usual=(0.05, 50.0),
         ),
     ),
     outputs=("stretch",),
@@ -51,7 +59,7 @@ STRIP = Term(
     name="strip",
     stage="strain",
     equation="d = L0 (1 - lambda)",
-    parameters=(Parameter("length", "m", 0.010, 0.001, 0.2, "length at rest L0", "1.0 cm, §3.2", fixed=True),),
+    parameters=(Parameter("length", "m", 0.010, 1e-4, 10.0, "length at rest L0", "1.0 cm, §3.2", fixed=True),),
     outputs=("displacement",),
     step=displacement,
 )

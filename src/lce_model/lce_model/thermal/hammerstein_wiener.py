@@ -110,7 +110,7 @@ def step(
 
 
 def _time_constant(name: str, value: float, description: str) -> Parameter:
-    return Parameter(name, "s", value, 0.005, 2000.0, description, "of (6.6); values plausible", scale="log")
+    return Parameter(name, "s", value, 0.005, 1e6, description, "of (6.6); values plausible", scale="log")
 
 
 def _slopes(name: str, unit: str, value: float, lower: float, upper: float, source: str) -> list[Parameter]:
@@ -131,11 +131,11 @@ HAMMERSTEIN_WIENER = Term(
         _time_constant("tau_2", 0.9, "second pole of G"),
         _time_constant("tau_3", 0.2, "third pole of G"),
         _time_constant("tau_z", 0.7, "zero of G"),
-        Parameter("p_max", "W", 2.0, 0.01, 10.0, "power at the last break point of φ", "laser", fixed=True),
-        Parameter("w_max", "W", 2.0, 0.01, 20.0, "w at the last break point of ψ", "as p_max", fixed=True),
-        Parameter("sample_time", "s", 0.01, 0.001, 1.0, "T_s, period of the linear block", "§6.5.1", fixed=True),
+        Parameter("p_max", "W", 2.0, 1e-6, 1e6, "power at the last break point of φ", "laser", fixed=True),
+        Parameter("w_max", "W", 2.0, 1e-6, 1e6, "w at the last break point of ψ", "as p_max", fixed=True),
+        Parameter("sample_time", "s", 0.01, 0.001, 100.0, "T_s, period of the linear block", "§6.5.1", fixed=True),
         *_slopes("phi", "1", 1.0, 0.05, 20.0, "input curve φ (6.3)"),
-        *_slopes("psi", "K/W", 30.0, 0.1, 2000.0, "output curve ψ (6.4)"),
+        *_slopes("psi", "K/W", 30.0, 1e-4, 1e6, "output curve ψ (6.4)"),
     ),
     vectors=(("phi", PIECES), ("psi", PIECES)),
     outputs=("temperature", "loss_rate"),
