@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The first-order lag that several effects share."""
+"""What several effects share: the first-order lag, and a change at a time."""
 
 import math
 
@@ -18,3 +18,11 @@ def lag(late: float, before: float, now: float, dt: float, tau: float) -> float:
         return late
     ratio = dt / tau
     return now + (late - before) * math.exp(-ratio) + (now - before) * math.expm1(-ratio) / ratio
+
+
+@register_jitable
+def share_after(time: float, before: float, after: float) -> float:
+    """Share of the step from ``before`` to ``after`` [s] that lies behind ``time`` [s]."""
+    if after <= time:
+        return 0.0
+    return 1.0 if before >= time else (after - time) / (after - before)

@@ -241,9 +241,47 @@ def test_second_mass_is_the_two_state_model() -> None:
     np.testing.assert_array_equal(run.temperature_k, lumped.temperature_k)
 
 
-@pytest.mark.parametrize("delay", [0.004, 0.01, 0.5])
+def test_residual_elongation() -> None:
+    path = cumulative_trapezoid(np.abs(np.gradient(BARE.displacement_m, TIME)), TIME, initial=0.0)
+    found = effect("residual_strain", share=-0.1, saturation=0.003).displacement_m
+    expected = BARE.displacement_m - 0.1 * 0.003 * (1.0 - np.exp(-path / 0.003))
+    close(found, expected, BARE.displacement_m, part=2e-3)
+
+
+def test_loss_step() -> None:
+    # From 25 s on, in the midst of the second piece, the loss is 1.3 times as large.
+    y = solved(lambda y, p, t: heated(loss=1.3 if t > 25.0 else 1.0)(y, p), [AMBIENT])  # type: ignore[arg-type]
+    temperature_of(effect("loss_step", time=25.0), y[0])
+
+
+def test_light_step() -> None:
+    y = solved(lambda y, p, t: bare(y[0], p * (1.2 if t > 45.0 else 1.0)), [AMBIENT])
+    temperature_of(effect("light_step", time=45.0), y[0])
+
+
+@pytest.mark.parametrize("name", ["loss_step", "light_step"])
+def test_a_time_between_two_samples_counts_for_its_share(name: str) -> None:
+    before, between, after = (effect(name, time=t).temperature_k for t in (45.0, 45.004, 45.01))
+    np.testing.assert_allclose(between, 0.6 * before + 0.4 * after, rtol=0.0, atol=1e-6)
+
+
+def test_displacement_step() -> None:
+    expected = BARE.displacement_m + 1e-4 * np.interp(TIME, [30.0, 35.0], [0.0, 1.0])
+    close(effect("displacement_step", time=30.0).measured_displacement_m, expected, BARE.displacement_m)
+    at_once = BARE.displacement_m + 1e-4 * (TIME > 30.0)
+    close(effect("displacement_step", time=30.0, over=0.0).measured_displacement_m, at_once, BARE.displacement_m)
+
+
+def test_sensors_that_end() -> None:
+    shown = effect("displacement_clip", inverse=500.0).measured_displacement_m
+    close(shown, np.minimum(BARE.displacement_m, 2e-3), BARE.displacement_m)
+    shown = effect("temperature_clip", inverse=1.0 / 50.0).measured_temperature_k
+    close(shown, np.minimum(BARE.temperature_k, 323.15), BARE.temperature_k)
+
+
+@pytest.mark.parametrize("delay", [0.004, 0.01, 0.5, 20.0])
 def test_a_dead_time_is_one_at_any_step(delay: float) -> None:
-    model = STRIP.set({"camera_lag.delay": delay})
+    model = STRIP.hold({"camera_lag.delay": (0.0, 50.0)}).set({"camera_lag.delay": delay})
     rng = np.random.default_rng(0)
     time = np.concatenate([[0.0], np.cumsum(rng.choice([0.003, 0.01, 0.05, 0.7], 300))])
     run = simulate(model, time, np.ones_like(time))

@@ -33,6 +33,7 @@ class Effect(Term):
     null : its value at which nothing changes.
     typical : a value at which the effect can be seen.
     grid : for each other parameter that the diagnosis has to try out, its values.
+    in_durations : of those, the times whose values are shares of the duration of the longest recording.
     step_sizes : changes of the strength from its null value by which the diagnosis measures the effect. To be given
         for an effect without a derivative there, such as backlash; by default 1e-4 of the range of the strength.
     place : the effects of one stage act in rising order of it, then by name, in whatever order they were added.
@@ -46,6 +47,7 @@ class Effect(Term):
     null: float = 0.0
     typical: float
     grid: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    in_durations: tuple[str, ...] = ()
     step_sizes: tuple[float, ...] = ()
     place: int = 0
     path: str = ""
@@ -55,7 +57,7 @@ class Effect(Term):
         # super() does not work in a dataclass with slots.
         Term.__post_init__(self)
         names = [p.name for p in self.parameters]
-        for name in (self.strength, *(key for key, _ in self.grid)):
+        for name in (self.strength, *(key for key, _ in self.grid), *self.in_durations):
             if name not in names:
                 raise LceError(f"effect {self.name}: no parameter {name!r}; it has {', '.join(names)}")
         strength = self.parameter(self.strength)
@@ -73,6 +75,11 @@ class Effect(Term):
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""
         return next(p for p in self.parameters if p.name == name)
+
+    def grid_of(self, duration_s: float) -> dict[str, tuple[float, ...]]:
+        """The grid for recordings of ``duration_s`` [s], each value in the unit of its parameter."""
+        scale = {name: duration_s for name in self.in_durations}
+        return {name: tuple(x * scale.get(name, 1.0) for x in values) for name, values in self.grid}
 
     @property
     def idle_at(self) -> dict[str, float]:

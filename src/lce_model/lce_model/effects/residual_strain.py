@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The strip keeps a little of every movement: residual contraction grows with the path, and saturates.
+"""The strip keeps a little of every movement: residual contraction or elongation that grows with the path.
 
-dS = |dd| (1 - S/S_max), so S = S_max (1 - exp(-∫|dd|/S_max)), and d → d + r S.
+dS = |dd| (1 - S/S_max), so S = S_max (1 - exp(-∫|dd|/S_max)), and d → d + r S. It saturates after a path of S_max, with
+r S_max. A polymer is trained to contract more (r > 0); shape-memory wires grow longer (r < 0).
 
 In the residual: an offset of d that grows with the number of cycles. displacement_drift grows with time.
 """
@@ -26,22 +27,31 @@ def step(displacement: float, last: float, path: float, share: float, saturation
 EFFECT = Effect(
     name="residual_strain",
     title="residual strain",
-    meaning="every movement leaves a little contraction that stays",
+    meaning="every movement leaves a little contraction or elongation that stays",
     stage="strain",
     equation="d -> d + r S, dS = |dd| (1 - S/S_max)",
     parameters=(
         Parameter(
-            "share", "1", 0.0, 0.0, 0.05, "residual contraction per path r", "training (arXiv 2605.11455), SMA drift"
+            "share",
+            "1",
+            0.0,
+            -0.2,
+            0.2,
+            "residual contraction per path r",
+            "training (arXiv 2605.11455), SMA drift",
+            scale="asinh",
+            knee=0.005,
         ),
         Parameter(
             "saturation",
             "m",
             0.05,
-            1e-3,
-            1.0,
+            1e-4,
+            1e3,
             "path after which it saturates S_max",
-            "plausible, no source found",
-            fixed=True,
+            "a few to a hundred cycles of 0.1–10 mm",
+            scale="log",
+            usual=(1e-3, 10.0),
         ),
     ),
     states=("last", "path"),
@@ -50,4 +60,5 @@ EFFECT = Effect(
     step=step,
     strength="share",
     typical=0.005,
+    grid=(("saturation", (0.005, 0.05, 0.5)),),
 )

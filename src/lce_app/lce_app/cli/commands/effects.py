@@ -28,6 +28,12 @@ At 100 samples a second each is as accurate as at 1000, to 1e-4 of what it does,
 The recorded temperature and displacement, the bench's sensors and `lce simulate` show `measured_temperature` and
 `measured_displacement`, after the effects of the sensors. Where a measured temperature drives the deformation, effects
 of the heat balance have no say. One of your own is [a file of 20 lines](tutorial-own-effect.md).
+
+The ranges are those of a strip on this bench. `--bounds creep.tau_v=0.1,50000` widens or narrows one for `lce fit`,
+`lce add` and `lce diagnose`, and `bounds` in a model file does so for good; what is never negative stays so.
+
+Steps (`loss_step`, `light_step`, `displacement_step`) happen at the same time after the beginning of every run. Rounding
+of a sensor is no effect: below its quantum a fit cannot tell it from noise, and the noise of a series includes it.
 """
 
 

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a time on the reading of the distance sensor is shifted: the sensor or the mount of the strip slipped.
+
+The shift d_0 comes in evenly from t_0 to t_0 + Δ. A real slip takes no time; a Δ lets a fit find the time of it.
+
+In the residual: a jump of d that stays. displacement_drift and residual_strain grow steadily.
+"""
+
+from lce_model.effects import Effect
+from lce_model.terms import Parameter
+
+
+def start(measured_displacement: float) -> tuple[float, float]:
+    """The clock starts with the run."""
+    return 0.0, measured_displacement
+
+
+def step(
+    measured_displacement: float, dt: float, elapsed: float, shift: float, time: float, over: float
+) -> tuple[float, float]:
+    """Time [s] since the beginning, and what the sensor shows [m]."""
+    elapsed = elapsed + dt
+    # Over a step at least, so that the time has a derivative.
+    come = (elapsed - time) / max(over, dt) if elapsed > time else 0.0
+    return elapsed, measured_displacement + shift * min(come, 1.0)
+
+
+EFFECT = Effect(
+    name="displacement_step",
+    title="shift of the distance reading",
+    meaning="from a time on the reading of the distance sensor is shifted: a slip",
+    stage="sensor",
+    equation="d_meas = d + d_0 min(max((t - t_0)/Delta, 0), 1)",
+    parameters=(
+        Parameter("shift", "m", 0.0, -5e-3, 5e-3, "shift d_0", "plausible, no source found"),
+        Parameter("time", "s", 20.0, 0.0, 1e7, "time t_0 since the beginning", "any", scale="asinh", knee=1.0),
+        Parameter("over", "s", 5.0, 0.0, 1e5, "time Δ that the slip takes", "any", scale="asinh", knee=0.1),
+    ),
+    states=("elapsed",),
+    outputs=("measured_displacement",),
+    start=start,
+    step=step,
+    strength="shift",
+    typical=1e-4,
+    grid=(("time", (0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95)),),
+    in_durations=("time",),
+)
