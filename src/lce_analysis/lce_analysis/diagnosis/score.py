@@ -38,12 +38,12 @@ class Direction:
         return model.set(changes).vector
 
 
-def directions(effect: Effect) -> list[Direction]:
+def directions(effect: Effect, duration_s: float) -> list[Direction]:
     """Every value of the second parameters on the effect's grid, with every step_size."""
-    names = [name for name, _ in effect.grid]
+    grid = effect.grid_of(duration_s)
     return [
-        Direction(effect, {f"{effect.name}.{n}": x for n, x in zip(names, point, strict=True)}, step_size)
-        for point in itertools.product(*(values for _, values in effect.grid))
+        Direction(effect, {f"{effect.name}.{n}": x for n, x in zip(grid, point, strict=True)}, step_size)
+        for point in itertools.product(*grid.values())
         for step_size in effect.step_sizes
     ]
 
@@ -179,7 +179,8 @@ def projected(fit: LinearizedFit, effects: Sequence[Effect]) -> Projection:
 def _table(fit: LinearizedFit, effects: Sequence[Effect]) -> tuple[tuple[Direction, ...], Floats]:
     """Directions, and rows (free + directions + 1, N): slopes of the free variables, of the effects, the residual."""
     problem = fit.problem
-    columns = tuple(d for effect in effects for d in directions(effect))
+    duration = max(float(i.time_s[-1] - i.time_s[0]) for i in problem.inputs)
+    columns = tuple(d for effect in effects for d in directions(effect, duration))
     response = problem.response(np.array([problem.model.vector, *(d.row(problem.model) for d in columns)]))
     slopes = (response[1:] - response[0]) / np.array([[d.step_size] for d in columns])
     return columns, np.vstack([fit.jacobian.T, np.where(np.isfinite(slopes), slopes, 0.0), -fit.residual])

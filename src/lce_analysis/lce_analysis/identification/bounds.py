@@ -24,8 +24,8 @@ def is_temperature(value: Value) -> bool:
 def reaching(model: Model, runs: Sequence[Run]) -> Model:
     """The model with bounds that hold the temperatures of the runs, where a temperature has its default bounds.
 
-    The defaults are those of a strip near 28 °C; a wire or an oven is hotter. The surroundings are near the coldest that
-    was measured. Bounds that somebody set stay.
+    The defaults are those of a strip near 28 °C; a wire or an oven is hotter. The surroundings are near the coldest
+    temperature measured. Bounds that somebody set stay.
 
     Parameters
     ----------

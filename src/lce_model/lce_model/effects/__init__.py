@@ -78,7 +78,7 @@ class Effect(Term):
 
     def grid_of(self, duration_s: float) -> dict[str, tuple[float, ...]]:
         """The grid for recordings of ``duration_s`` [s], each value in the unit of its parameter."""
-        scale = {name: duration_s for name in self.in_durations}
+        scale = dict.fromkeys(self.in_durations, duration_s)
         return {name: tuple(x * scale.get(name, 1.0) for x in values) for name, values in self.grid}
 
     @property
