@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lce_data.channels import Channel
 from lce_data.errors import LceError
-from lce_model.effects import find, library
+from lce_model.effects import Effect, find, library
 from lce_model.kernel.compose import Kernel, compile_terms
 from lce_model.library import PUBLISHED, terms
 from lce_model.terms import SENSOR_INPUT, Parameter, Term
@@ -210,14 +210,16 @@ class Model:
         values = tuple(replace(v, value=own[v.key]) if v.key in own else v for v in self.values)
         return replace(self, values=values)
 
-    def add(self, effect: str) -> "Model":
-        """A copy with one more effect, a name or the path of a file, at its null value.
+    def add(self, effect: str | Effect) -> "Model":
+        """A copy with one more effect at its null value: a name, the path of a file, or the effect with bounds.
 
         Raises LceError if the model has it already.
         """
-        if find(effect).reference in self.effects:
-            raise LceError(f"the model has {effect} already")
-        return self._carried(default_model(self.thermal, self.deformation, (*self.effects, effect)))
+        chosen = find(effect) if isinstance(effect, str) else effect
+        if chosen.reference in self.effects:
+            raise LceError(f"the model has {chosen.reference} already")
+        added = self._carried(default_model(self.thermal, self.deformation, (*self.effects, chosen.reference)))
+        return added.hold({f"{chosen.name}.{p.name}": (p.lower, p.upper) for p in chosen.parameters})
 
     def without(self, effect: str) -> "Model":
         """A copy without an effect."""

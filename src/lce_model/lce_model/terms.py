@@ -10,7 +10,7 @@ in order, to ``states + outputs``. A model is a tuple of terms, evaluated in tha
 import inspect
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal, get_args
 
 from lce_data.channels import SENSORS
@@ -99,6 +99,20 @@ class Parameter:
     def least(self) -> float:
         """What no bounds may go below: 0 for what is never negative (times, capacities, temperatures), else -inf."""
         return 0.0 if self.lower >= 0.0 else -math.inf
+
+    def bounded(self, lower: float, upper: float) -> "Parameter":
+        """A copy with other bounds. Raises LceError if it cannot be there, or its default lies outside of them."""
+        if lower < self.least:
+            raise LceError(f"parameter {self.name}: the lower bound, {lower:g} {self.unit}, must be at least 0")
+        usual = None if self.usual is None else (max(self.usual[0], lower), min(self.usual[1], upper))
+        default = self.default if self.fixed or self.default == 0.0 else min(max(self.default, lower), upper)
+        return replace(
+            self,
+            default=default,
+            lower=lower,
+            upper=upper,
+            usual=usual if usual and usual[0] < usual[1] else None,
+        )
 
     def check(self, value: float) -> float:
         """Return ``value``. Raises LceError if it is not finite or outside the bounds."""

@@ -17,7 +17,7 @@ from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model
-from lce_model.effects import find, library
+from lce_model.effects import Effect, find, library
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Addition:
 
 def add_effect(
     model: Model,
-    effect: str,
+    effect: str | Effect,
     runs: Sequence[Run],
     test_runs: Sequence[Run] = (),
     options: DiagnoseOptions = DiagnoseOptions(),
@@ -79,7 +79,7 @@ def add_effect(
     Parameters
     ----------
     model : to which it is added.
-    effect : a name of the library, or the path of an effect file.
+    effect : a name of the library, the path of an effect file, or an effect (with other bounds than its own).
     runs : what the model is fitted to.
     test_runs : held out; only the errors before and after are computed on them.
     options : when an effect counts as confirmed.
@@ -102,7 +102,7 @@ def add_effect(
     >>> found = lce.add_effect(model, "creep", runs, test_runs)  # doctest: +SKIP
     >>> lce.save_model(found.model, "m2.yaml")  # doctest: +SKIP
     """
-    chosen = find(effect)
+    chosen = find(effect) if isinstance(effect, str) else effect
     if chosen.reference in model.effects:
         raise LceError(f"the model has {chosen.name} already")
     others = [e for e in library().values() if e.name != chosen.name and e.reference not in model.effects]

@@ -41,6 +41,31 @@ def settings(args: argparse.Namespace) -> dict[str, float]:
         raise LceError(f"--{error}") from None
 
 
+def add_bounds(parser: argparse.ArgumentParser) -> None:
+    """`--bounds`, and `--hold` as it was called; :func:`bounds` reads it."""
+    parser.add_argument(
+        "--bounds",
+        "--hold",
+        action="append",
+        default=[],
+        metavar="TERM.PARAM=LO,HI",
+        help="search this parameter between LO and HI, narrower or wider than by default; for more of them, again",
+    )
+
+
+def bounds(args: argparse.Namespace) -> dict[str, tuple[float, float]]:
+    """What `--bounds` gave, by TERM.PARAM. Raises LceError for a text of another form."""
+    ranges = {}
+    for text in args.bounds:
+        key, _, ends = text.partition("=")
+        low, _, high = ends.partition(",")
+        try:
+            ranges[key.strip()] = float(low), float(high)
+        except ValueError:
+            raise LceError(f"--bounds {text}: expected TERM.PARAM=LOWER,UPPER") from None
+    return ranges
+
+
 def add_pace(parser: argparse.ArgumentParser) -> None:
     """Real or simulated time."""
     pace = parser.add_mutually_exclusive_group()

@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import lce_analysis.diagnosis as diagnosing
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Addition
+from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import CompareOptions, DiagnoseOptions
+from lce_app.use_cases.loading import load_runs
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent
-from lce_data.read_runs import read_runs
 from lce_model import load_model, save_model
 from lce_model.effects import find
 from lce_report.figures.leading import StrengthByRun, strength_by_run
@@ -37,6 +39,7 @@ def add_effect(
     out: Path,
     test_files: Sequence[Path] = (),
     options: DiagnoseOptions = DiagnoseOptions(),
+    bounds: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     report_file: Path | None = None,
     progress: Progress = silent,
     cancel: CancelToken | None = None,
@@ -51,6 +54,7 @@ def add_effect(
     out : model file to write.
     test_files : runs held out, on which the effect is judged.
     options : when an effect counts as confirmed.
+    bounds : of the search, by TERM.PARAM, narrower or wider than by default, of the model and of the effect.
     report_file : the errors and the series as one HTML file; not written if None.
     progress : called after each step.
     cancel : stops between two steps and raises Cancelled; nothing is written.
@@ -71,9 +75,10 @@ def add_effect(
     >>> found = add_effect("creep", [Path("runs/pulse")], Path("m.yaml"), Path("m2.yaml"))  # doctest: +SKIP
     >>> print(found.addition.sentence)  # doctest: +SKIP
     """
-    runs, test_runs = read_runs(run_files), read_runs(test_files)
-    addition = diagnosing.add_effect(load_model(model_file), effect, runs, test_runs, options, progress, cancel)
-    chosen, every, held_out = find(effect), [*runs, *test_runs], frozenset(run.name for run in test_runs)
+    runs, test_runs = load_runs(run_files), load_runs(test_files)
+    model, (chosen,) = bounded(load_model(model_file), [find(effect)], bounds)
+    addition = diagnosing.add_effect(model, chosen, runs, test_runs, options, progress, cancel)
+    every, held_out = [*runs, *test_runs], frozenset(run.name for run in test_runs)
     drive = CompareOptions(drive=addition.model.fit["drive"])
     models = {"as given": addition.given, "refitted": addition.before, f"with {chosen.name}": addition.model}
     compared = {label: compare(model, every, drive) for label, model in models.items()}

@@ -4,18 +4,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import lce_analysis.diagnosis as diagnosing
 from lce_analysis.diagnosis import Diagnosis
+from lce_analysis.identification.bounds import bounded
 from lce_analysis.identification.homogeneity import outlier_runs
 from lce_analysis.options import DiagnoseOptions
 from lce_app.cluster import Cluster
+from lce_app.use_cases.loading import load_runs
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
-from lce_data.read_runs import read_runs
 from lce_model import load_model
 from lce_model.effects import find, library
 from lce_report.pages.diagnosis import render_diagnosis
@@ -29,12 +30,14 @@ class Options:
     ----------
     diagnosis : when an effect counts as missing.
     effects : effect files of the user's own, candidates beside the library.
+    bounds : of the search, by TERM.PARAM, narrower or wider than by default, of the model and of the candidates.
     homogeneity : look for runs of another strip by fitting each alone.
     cluster : where fits run that do not depend on each other.
     """
 
     diagnosis: DiagnoseOptions = field(default_factory=DiagnoseOptions)
     effects: tuple[str, ...] = ()
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     homogeneity: bool = True
     cluster: Cluster = field(default_factory=Cluster)
 
@@ -89,8 +92,9 @@ def diagnose(
     >>> print(found.diagnosis.verdict)  # doctest: +SKIP
     """
     progress = watched(progress, cancel)
-    model, runs, test_runs = load_model(model_file), read_runs(run_files), read_runs(test_files)
-    candidates = [*library().values(), *(find(effect) for effect in options.effects)]
+    model, runs, test_runs = load_model(model_file), load_runs(run_files), load_runs(test_files)
+    effects = [*library().values(), *(find(effect) for effect in options.effects)]
+    model, candidates = bounded(model, effects, options.bounds)
     with options.cluster.used():
         diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)
         warnings = outlier_runs(runs, progress) if options.homogeneity else ()

@@ -9,6 +9,7 @@ import importlib
 import importlib.util
 import pkgutil
 import sys
+from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -80,6 +81,18 @@ class Effect(Term):
         """The grid for recordings of ``duration_s`` [s], each value in the unit of its parameter."""
         scale = dict.fromkeys(self.in_durations, duration_s)
         return {name: tuple(x * scale.get(name, 1.0) for x in values) for name, values in self.grid}
+
+    def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Effect":
+        """A copy whose parameters of these names are searched between (lower, upper).
+
+        Raises LceError if a parameter does not exist, or cannot have these bounds: the null value stays within them.
+        """
+        names = [p.name for p in self.parameters]
+        for name in bounds:
+            if name not in names:
+                raise LceError(f"effect {self.name}: no parameter {name!r}; it has {', '.join(names)}")
+        parameters = tuple(p.bounded(*bounds[p.name]) if p.name in bounds else p for p in self.parameters)
+        return replace(self, parameters=parameters)
 
     @property
     def idle_at(self) -> dict[str, float]:

@@ -7,7 +7,15 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_model, add_runs, add_test_runs, check_inputs, print_files
+from lce_app.cli.arguments import (
+    add_bounds,
+    add_model,
+    add_runs,
+    add_test_runs,
+    bounds,
+    check_inputs,
+    print_files,
+)
 
 if TYPE_CHECKING:
     from lce_app.use_cases.add_effect import Added
@@ -19,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_runs(parser)
     add_test_runs(parser)
     add_model(parser)
+    add_bounds(parser)
     parser.add_argument("--out", type=Path, required=True, metavar="M2.yaml", help="model file to write")
     parser.add_argument(
         "--report", type=Path, metavar="F.html", help="write the errors and the series as one HTML file"
@@ -33,7 +42,14 @@ def main(args: argparse.Namespace) -> int:
 
     with FitBar() as bar:
         found = add_effect(
-            args.effect, args.runs, args.model, args.out, args.test, report_file=args.report, progress=bar
+            args.effect,
+            args.runs,
+            args.model,
+            args.out,
+            args.test,
+            bounds=bounds(args),
+            report_file=args.report,
+            progress=bar,
         )
     print(summary(found))
     print_files(args.out, args.report)

@@ -8,7 +8,16 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_cluster, add_model, add_runs, add_test_runs, check_inputs, print_files
+from lce_app.cli.arguments import (
+    add_bounds,
+    add_cluster,
+    add_model,
+    add_runs,
+    add_test_runs,
+    bounds,
+    check_inputs,
+    print_files,
+)
 
 if TYPE_CHECKING:
     from lce_analysis.diagnosis import Diagnosis
@@ -19,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_runs(parser)
     add_test_runs(parser)
     add_model(parser)
+    add_bounds(parser)
     parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help="a candidate of your own")
     parser.add_argument("--json", type=Path, metavar="F", help="write the numbers as JSON")
     parser.add_argument("--report", type=Path, metavar="F.html", help="write the evidence as one HTML file")
@@ -38,7 +48,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_app.cluster import Cluster
     from lce_app.use_cases.diagnose import Options, diagnose
 
-    options = Options(effects=tuple(args.effect), cluster=Cluster(args.backend, args.scheduler))
+    options = Options(effects=tuple(args.effect), bounds=bounds(args), cluster=Cluster(args.backend, args.scheduler))
     with FitBar() as bar:
         found = diagnose(args.runs, args.model, args.test, options, args.json, args.report, bar)
     for warning in found.warnings:

@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_cluster, add_runs, add_settings, check_inputs, settings
-from lce_data.errors import LceError
+from lce_app.cli.arguments import add_bounds, add_cluster, add_runs, add_settings, bounds, check_inputs, settings
 
 if TYPE_CHECKING:
     from lce_analysis.identification import FitResult
@@ -43,13 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_settings(parser, "TERM.PARAM=V", "start from this value")
     parser.add_argument("--fix", action="append", default=[], metavar="TERM.PARAM", help="do not fit this parameter")
-    parser.add_argument(
-        "--hold",
-        action="append",
-        default=[],
-        metavar="TERM.PARAM=LO,HI",
-        help="search this parameter in a range only",
-    )
+    add_bounds(parser)
     parser.add_argument(
         "--drive",
         choices=("model", "measured"),
@@ -81,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
         effects=tuple(args.effect),
         start=args.start,
         settings=settings(args),
-        ranges=_parse_ranges(args.hold),
+        ranges=bounds(args),
         fixed=tuple(args.fix),
     )
     options = Options(
@@ -101,19 +93,6 @@ def main(args: argparse.Namespace) -> int:
         print("lce: interrupted; the model file holds the best values so far", file=sys.stderr)
         return 130
     return 0
-
-
-def _parse_ranges(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
-    """`["lumped.tau=1,3"]` as `{"lumped.tau": (1.0, 3.0)}`."""
-    ranges = {}
-    for text in texts:
-        key, _, bounds = text.partition("=")
-        low, _, high = bounds.partition(",")
-        try:
-            ranges[key] = float(low), float(high)
-        except ValueError:
-            raise LceError(f"--hold {text}: expected TERM.PARAM=LOWER,UPPER") from None
-    return ranges
 
 
 def _intervals(fitted: FittedModel) -> list[str]:
