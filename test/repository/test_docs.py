@@ -2,13 +2,12 @@
 """What the documents name is there: files, commands with their options, make targets, tests."""
 
 import argparse
-import importlib
 import re
 from pathlib import Path
 
 import pytest
 
-from lce_app.cli.main import COMMANDS
+from lce_app.cli.main import COMMANDS, command_module
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("test/*.md")])
@@ -25,7 +24,7 @@ def code(document: Path) -> list[str]:
 
 def usage(command: str) -> str:
     parser = argparse.ArgumentParser()
-    importlib.import_module(f"lce_app.cli.commands.{command}").add_arguments(parser)
+    command_module(command).add_arguments(parser)
     return parser.format_usage()
 
 

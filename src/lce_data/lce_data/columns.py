@@ -38,6 +38,7 @@ class TableFormat:
     separator : one character; a blank stands for any number of blanks and tabs.
     decimal : the decimal sign.
     encoding : of the text.
+    missing : words in the place of a sample that is not there.
     readers : how a cell of a column becomes a number, for columns that do not hold numbers; it raises ValueError.
     """
 
@@ -46,6 +47,7 @@ class TableFormat:
     separator: str = ","
     decimal: str = "."
     encoding: str = "utf-8-sig"
+    missing: tuple[str, ...] = ()
     readers: Mapping[str, Callable[[str], float]] = field(default_factory=dict)
 
 
@@ -59,7 +61,7 @@ def read_columns(path: Path, table: TableFormat, wanted: Sequence[str] | None = 
     Returns
     -------
     dict[str, Floats]
-        (n,) of each column, NaN where a cell is empty.
+        (n,) of each column, NaN where a cell is empty. Blank lines are no rows.
 
     Raises
     ------
@@ -98,46 +100,47 @@ def _parsed(text: str, table: TableFormat, wanted: Sequence[str]) -> dict[str, F
         return None
     import polars as pl
 
+    text = re.sub(r"\n\n+", "\n", text.lstrip("\n")) if "\n\n" in text or text.startswith("\n") else text
     try:
         frame = pl.read_csv(
             text.encode(),
             has_header=False,
             schema={name: pl.Float64 if name in wanted else pl.String for name in table.names},
-            columns=[table.names.index(name) for name in wanted],
+            columns=sorted(table.names.index(name) for name in wanted),
             separator=table.separator,
+            null_values=list(table.missing),
             decimal_comma=table.decimal == ",",
             raise_if_empty=False,
         )
     except pl.exceptions.PolarsError:
         return None
-    rows = text.count("\n") + (not text.endswith("\n"))
-    if frame.height != rows:  # it leaves blank lines out, after which rows would be miscounted
+    if frame.height != text.count("\n") + (not text.endswith("\n")):  # a quoted cell of several lines
         return None
-    if not all(frame[name].is_finite().all() for name in wanted):
-        return None
-    return {name: frame[name].to_numpy() for name in wanted}
+    columns = {name: frame[name].to_numpy() for name in wanted}
+    finite = all(np.isfinite(columns[name]).sum() == frame.height - frame[name].null_count() for name in wanted)
+    return columns if finite else None
 
 
 def _by_cell(path: Path, row: int, text: str, table: TableFormat, wanted: Sequence[str]) -> dict[str, Floats]:
     """The columns of a block, cell by cell. Raises LceError for the first cell that is not a finite number."""
-    rows = list(csv.reader(io.StringIO(text.rstrip()), delimiter=table.separator))
+    reader = csv.reader(io.StringIO(text), delimiter=table.separator)
+    rows = [(row - 1 + reader.line_num, cells) for cells in reader if any(cells)]
     width = len(table.names)
-    wide = next((i for i, cells in enumerate(rows) if len(cells) > width), None)
-    if wide is not None:
-        hint = "; a decimal comma?" if table.separator == "," else ""
-        raise LceError(f"{path}, row {row + wide}: {len(rows[wide])} cells under a header of {width}{hint}")
-    columns = {name: np.empty(len(rows)) for name in wanted}
-    at = {name: table.names.index(name) for name in wanted}
-    for i, cells in enumerate(rows):
-        for name, k in at.items():
-            cell = cells[k].strip() if k < len(cells) else ""
-            columns[name][i] = _number(f"{path}, row {row + i}: {name}", cell, table, name)
+    for i, cells in rows:
+        if len(cells) > width:
+            hint = "; a decimal comma?" if table.separator == "," else ""
+            raise LceError(f"{path}, row {i}: {len(cells)} cells under a header of {width}{hint}")
+    columns = {}
+    for name in wanted:
+        k = table.names.index(name)
+        cells_of = ((i, cells[k].strip() if k < len(cells) else "") for i, cells in rows)
+        columns[name] = np.array([_number(f"{path}, row {i}: {name}", cell, table, name) for i, cell in cells_of])
     return columns
 
 
 def _number(where: str, cell: str, table: TableFormat, name: str) -> float:
     """The number of a cell, NaN if it is empty."""
-    if not cell:
+    if not cell or cell in table.missing:
         return math.nan
     reader = table.readers.get(name)
     try:

@@ -75,13 +75,14 @@ def read_run(path: str | Path) -> Run:
     if not path.exists():
         raise LceError(f"{path}: no such file or folder")
     if path.is_dir() or path.suffix == ".mcap":
-        return _run(path, read_bag(path), beside(path))
+        return run_from(path, read_bag(path), beside(path))
     if path.suffix.lower() == ".csv":
-        return _run(path, read_run_csv(path), read_csv_experiment(path))
+        return run_from(path, read_run_csv(path), read_csv_experiment(path))
     raise LceError(f"{path}: neither a rosbag2 folder, nor an .mcap file, nor a .csv file")
 
 
-def _run(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
+def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
+    """Make a run of what was recorded in a file or folder. Raises LceError if it cannot be used."""
     series = {channel: _series(path, *recorded[channel], channel) for channel in CHANNELS if channel in recorded}
     sensors = [channel for channel in series if channel is not POWER]
     if POWER not in series and len(sensors) < 2:

@@ -133,7 +133,7 @@ def _lines(time_s: Floats, values: Mapping[Channel, Floats]) -> Iterator[str]:
     yield ",".join(["time_s", *(channel.column for channel in values)]) + "\n"
     for start in range(0, time_s.size, _ROWS_AT_ONCE):
         rows = slice(start, start + _ROWS_AT_ONCE)
-        columns = [[f"{t:.9g}" for t in time_s[rows].tolist()]]
+        columns = [[f"{t:.12g}" for t in time_s[rows].tolist()]]
         for channel, value in values.items():
             recorded = channel.recorded.from_si(value[rows]).tolist()
             columns.append(["" if v != v else format(v, channel.csv_format) for v in recorded])  # NaN is no sample

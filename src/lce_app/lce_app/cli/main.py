@@ -11,6 +11,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from types import ModuleType
 
 from lce_app.errors import ContradictoryOptions, OptionError
 from lce_data import __version__
@@ -20,6 +21,7 @@ COMMANDS = {
     "run": "run an experiment on the node graph and record it",
     "tune": "controller gains on the identified model",
     "control": "position control on the node graph: targets in, figures out",
+    "import": "make runs of foreign tables and bags: columns and units understood, shown and checked",
     "repair": "make a recording that a crash cut short readable by every tool",
     "fit": "identify a model from recorded runs",
     "compare": "where a model fails on recorded runs",
@@ -31,6 +33,8 @@ COMMANDS = {
     "workbench": "the same as a local web page",
 }
 """Command name (module lce_app.cli.commands.NAME) and its line in `lce --help`."""
+MODULES = {"import": "import_"}
+"""Modules that cannot be called as their commands."""
 FLAGS = {"hold_s": "hold"}
 """Flags that are not called as the field that they set."""
 
@@ -39,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     args = _parser(argv).parse_args(argv)
-    command = importlib.import_module(f"lce_app.cli.commands.{args.command}")
+    command = command_module(args.command)
     try:
         status = int(command.main(args))
         sys.stdout.flush()
@@ -55,6 +59,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         _print_error(error, " ".join(_as_typed(error).split()))
         return 2 if isinstance(error, ContradictoryOptions) else 1
+
+
+def command_module(name: str) -> ModuleType:
+    """The module of a command."""
+    return importlib.import_module(f"lce_app.cli.commands.{MODULES.get(name, name)}")
 
 
 def _as_typed(error: LceError) -> str:
@@ -85,7 +94,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
             name, help=about, description=about, formatter_class=argparse.RawDescriptionHelpFormatter
         )
         if name == chosen:
-            importlib.import_module(f"lce_app.cli.commands.{name}").add_arguments(sub)
+            command_module(name).add_arguments(sub)
     return parser
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import lce_analysis.comparison.compare as comparing
 from lce_analysis.options import CompareOptions
 from lce_analysis.prediction import excited
+from lce_app.use_cases.loading import load_runs
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent
-from lce_data.read_runs import read_runs
 from lce_model import load_model
 from lce_report.pages.comparison import render_comparison
 
@@ -62,7 +62,7 @@ def compare(
     >>> found = compare([Path("runs/prbs")], Path("model.yaml"), report_file=Path("compare.html"))  # doctest: +SKIP
     >>> print(found.comparison.sentences[0])  # doctest: +SKIP
     """
-    runs = read_runs(run_files)
+    runs = load_runs(run_files)
     comparison = comparing.compare(load_model(model_file), runs, options, progress, cancel)
     report = render_comparison(comparison) if report_file else ""
     if json_file:

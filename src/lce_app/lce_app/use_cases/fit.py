@@ -15,9 +15,9 @@ from lce_analysis.identification.profile import Profile, profiles
 from lce_analysis.options import FitOptions
 from lce_app.cluster import Cluster
 from lce_app.errors import ContradictoryOptions
+from lce_app.use_cases.loading import load_runs
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
-from lce_data.read_runs import read_runs
 from lce_data.run import Run
 from lce_model import Model, default_model, load_model, save_model
 
@@ -137,7 +137,7 @@ def fit(
     """
     progress = watched(progress, cancel)
     start = _start_model(choice)
-    runs = read_runs(run_files)
+    runs = load_runs(run_files)
     model, warnings = choose_model(choice, runs, start)
     with options.cluster.used():
         results = _results(model, runs, options, progress)

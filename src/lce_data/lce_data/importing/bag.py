@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Topics of a foreign bag as signals: ``temperature=/cam/temp``, ``load=/cell/wrench.wrench.force.z:N``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_data.bag.reader import Messages, read_topics
+from lce_data.channels import TEMPERATURE
+from lce_data.errors import LceError
+from lce_data.importing.headers import SI_UNITS, TIME
+from lce_data.importing.plausible import Hints, likely_unit
+from lce_data.importing.recording import UNIT, Pick, Recording, Signal
+from lce_data.importing.units import CELSIUS, unit_and_sign
+
+Floats = NDArray[np.float64]
+
+
+def read_bag_topics(path: Path, picks: Sequence[Pick]) -> Recording:
+    """Read chosen topics of a bag, timed by their header stamps, or by the log time of the bag if they have none.
+
+    Parameters
+    ----------
+    picks : the source of each is a topic, with the field behind a dot if the message has several numbers.
+
+    Raises
+    ------
+    LceError
+        If the bag cannot be read, a topic is not in it, or a message has no such number; names what there is.
+    """
+    topics = {pick.source.partition(".")[0] for pick in picks}
+    types: dict[str, str] = {}
+
+    def wanted(topic: str, type_name: str) -> bool:
+        types[topic] = type_name
+        return topic in topics
+
+    found = read_topics(path, wanted)
+    read = {}
+    for pick in picks:
+        topic, _, field = pick.source.partition(".")
+        if pick.quantity == TIME or topic not in found:
+            there = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items()))
+            raise LceError(f"{path}: no topic for {pick}; it has {there or 'none'}")
+        read[pick] = _numbers(path, topic, field, found[topic])
+    if not read:
+        there = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items()))
+        raise LceError(f"{path}: --topic QUANTITY=TOPIC says which topic holds what; it has {there or 'none'}")
+    zero_s = min(time_s[0] for time_s, _ in read.values())
+    signals = tuple(
+        _signal(pick, types[pick.source.partition(".")[0]], time_s - zero_s, value)
+        for pick, (time_s, value) in read.items()
+    )
+    return Recording(path, signals, tuple(sorted(types.keys() - topics)))
+
+
+def _signal(pick: Pick, type_name: str, time_s: Floats, value: Floats) -> Signal:
+    if pick.unit:
+        unit, sign = unit_and_sign(SI_UNITS[pick.quantity], pick.unit)
+        return Signal(pick.quantity, pick.source, unit, sign, (), time_s, value)
+    if type_name == TEMPERATURE.message and pick.quantity in ("temperature", "ambient"):  # which defines its unit
+        return Signal(pick.quantity, pick.source, CELSIUS, 1.0, (), time_s, value)
+    unit = likely_unit(pick.quantity, value, Hints(pick.source))
+    return Signal(pick.quantity, pick.source, unit, 1.0, (UNIT,), time_s, value)
+
+
+def _numbers(path: Path, topic: str, field: str, messages: Messages) -> tuple[Floats, Floats]:
+    """Time [s] and number of each message."""
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    if messages.type not in store.types:
+        raise LceError(f"{path}: topic {topic} is a {messages.type}, which is no type of ROS 2 Jazzy")
+    decoded: list[Any] = [store.deserialize_cdr(cdr, messages.type) for cdr in messages.cdr]
+    numbers = _fields(decoded[0])
+    if not field and len(numbers) == 1:
+        (field,) = numbers
+    if field not in numbers:
+        raise LceError(
+            f"{path}: topic {topic} is a {messages.type}; name a number of it: {topic}.{' or .'.join(numbers)}"
+        )
+    value = np.array([_field(message, field) for message in decoded])
+    stamps = [message.header.stamp for message in decoded if hasattr(message, "header")]
+    time_ns = (
+        [s.sec * 1_000_000_000 + s.nanosec for s in stamps] if any(s.sec for s in stamps) else messages.log_time_ns
+    )
+    order = np.argsort(time_ns, kind="stable")
+    time_s = (np.array(time_ns, dtype=np.int64)[order] - min(time_ns)).astype(np.float64) * 1e-9
+    last = np.append(np.diff(time_s) > 0.0, True)  # of several at one instant the last one holds
+    return time_s[last] + min(time_ns) * 1e-9, value[order][last]
+
+
+def _fields(message: Any, front: str = "") -> list[str]:
+    """The numbers of a message by their paths, without those of its header, variances and layouts of arrays."""
+    names: list[str] = []
+    for name in message.__dataclass_fields__:
+        value = getattr(message, name)
+        if name in ("header", "variance", "layout", "__msgtype__"):
+            continue
+        if isinstance(value, int | float | bool):
+            names.append(f"{front}{name}")
+        elif hasattr(value, "__dataclass_fields__"):
+            names += _fields(value, f"{front}{name}.")
+    return names
+
+
+def _field(message: Any, path: str) -> float:
+    for name in path.split("."):
+        message = getattr(message, name)
+    return float(message)
