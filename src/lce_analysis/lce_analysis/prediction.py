@@ -4,18 +4,21 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
 
+from lce_analysis.inputs import acting, check_inputs
 from lce_analysis.options import Drive, FitOptions
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
 from lce_model import Model, RunValue
+from lce_model.kernel.compose import SIGNAL_INDEX
 from lce_model.kernel.generate import RECORDED
 
 Floats = NDArray[np.float64]
@@ -76,12 +79,37 @@ class SimulationInput:
         """Does a given temperature replace the thermal stage?"""
         return self.drive_k.size > 0
 
+    @cached_property
+    def inputs(self) -> Mapping[Channel, Floats]:
+        """The optional inputs of the run on the grid (n,) [SI]: straight between samples, and the ends hold."""
+        return {c: np.interp(self.time_s, series.time_s, series.value) for c, series in self.run.inputs.items()}
+
+    def columns(self, channels: Sequence[Channel]) -> Floats:
+        """Optional inputs as the kernel takes them (n, channels); NaN where the run lacks one."""
+        unknown = np.full(self.time_s.size, np.nan)
+        given = [self.inputs.get(channel, unknown) for channel in channels]
+        return np.stack(given, axis=1) if given else np.empty((self.time_s.size, 0))
+
+    def at_rest_k(self, model: Model, parameters: Floats) -> Floats:
+        """Temperature (m,) [K] of the surroundings at the first time, for parameter rows (m, k)."""
+        kernel = model.kernel
+        state, first = np.empty(kernel.state_size), self.columns(kernel.inputs)[0]
+        found = np.empty(parameters.shape[0])
+        for i, row in enumerate(np.ascontiguousarray(parameters)):
+            kernel.begin(float("nan"), self.deadband_k, first, row, state)
+            found[i] = state[SIGNAL_INDEX["ambient"]]
+        return found
+
     def simulate(self, model: Model, parameters: Floats, start_k: Floats) -> Floats:
-        """Outputs (m, n, len(RECORDED)) for parameter rows (m, k) and start temperatures (m,)."""
+        """Outputs (m, n, len(RECORDED)) for parameter rows (m, k) and start temperatures (m,).
+
+        A start temperature of NaN is that of the surroundings. An optional input that the run lacks is NaN: see
+        :func:`lce_analysis.inputs.lacks`.
+        """
         out = np.empty((parameters.shape[0], self.time_s.size, len(RECORDED)))
-        model.kernel.run_many(
-            self.time_s, self.power_w, self.drive_k, start_k, self.deadband_k, np.ascontiguousarray(parameters), out
-        )
+        kernel, rows = model.kernel, np.ascontiguousarray(parameters)
+        given = self.columns(kernel.inputs)
+        kernel.run_many(self.time_s, self.power_w, self.drive_k, given, start_k, self.deadband_k, rows, out)
         return out
 
 
@@ -146,6 +174,7 @@ def simulation_input(run: Run, model: Model) -> SimulationInput:
 
     Raises LceError if the run lacks what the model needs, or is of a strip of another length.
     """
+    check_inputs(run, acting(model))
     if "strip.length" in model and run.strip_length_m not in (None, model["strip.length"]):
         raise LceError(
             f"{run.name}: its strip is {run.strip_length_m} m long, and the model's {model['strip.length']:g} m; "
@@ -164,7 +193,7 @@ def simulation_input(run: Run, model: Model) -> SimulationInput:
         drive = np.interp(grid, run.temperature.time_s, smoothed(run.temperature))
         return _laid_out(run, grid, run.power.value, drive)
     time, power = run.power.time_s, run.power.value
-    last = max(s.time_s[-1] for s in run.series.values())
+    last = max(s.time_s[-1] for s in run.measured.values())
     if last > time[-1]:
         time, power = np.append(time, last), np.append(power, power[-1])
     return _laid_out(run, time, power, np.empty(0))
@@ -232,8 +261,9 @@ def start_temperature(run_input: SimulationInput, model: Model) -> float:
     """
     if run_input.driven:
         return float(run_input.drive_k[0])
-    if starts_at(run_input, model["ambient.t_env"]):
-        return model["ambient.t_env"]
+    ambient = float(run_input.at_rest_k(model, model.vector[None])[0])
+    if starts_at(run_input, ambient):
+        return ambient
     start = run_input.start_k
     for _ in range(3):
         step = 0.05

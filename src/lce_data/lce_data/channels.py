@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured quantities of the bench, one object each.
 
-Files, topics, fits, reports and the page ask a channel for what they need. A new sensor is a new entry here.
+Files, topics, fits, reports and the page ask a channel for what they need. A new sensor is a new entry here. A quantity
+that only acts on the strip and that no entry describes is a column ``input_NAME`` of a CSV (:func:`named_input`).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from lce_data.units import KELVIN
@@ -53,6 +56,7 @@ class Channel:
     message : type of its messages. A type that no channel has yet needs two rows, one in ``KINDS``
         (:mod:`lce_ros.messages`) for the nodes and one in ``NUMBERS`` (:mod:`lce_data.bag.reader`) for bags.
     output : the signal of the model that says what this sensor shows; None for an input of the model.
+    sets : the signal of the model that an optional input sets, for the effects that read it; None for all others.
     driven_by : the channel before it in the chain P → T → d; None for an input of the model.
     noise : standard deviation of the bench's sensor [SI], for experiments that are only designed.
     lowest, largest : range of the values of a recording [recorded unit].
@@ -79,6 +83,7 @@ class Channel:
     lowest: float
     largest: float
     hint: str
+    sets: str | None = None
     largest_median: float = math.inf
     mistaken: tuple[float, float] | None = None
     csv_format: str = ".9g"
@@ -87,7 +92,7 @@ class Channel:
     @property
     def column(self) -> str:
         """The column of a CSV, and the key of a JSON file, that holds it: ``temperature_c``."""
-        return f"{self.name}_{self.suffix}"
+        return f"{self.name}_{self.suffix}" if self.suffix else self.name
 
     def __repr__(self) -> str:
         return f"<channel {self.name} [{self.unit}]>"
@@ -155,13 +160,107 @@ DISPLACEMENT: Final = Channel(
     hint="is it in millimetres? Divide by 1000",
 )
 
-CHANNELS: Final = (POWER, TEMPERATURE, DISPLACEMENT)
+AMBIENT: Final = Channel(
+    name="ambient",
+    symbol="T_room",
+    unit="K",
+    recorded=Unit("°C", offset=-KELVIN),
+    suffix="c",
+    display=Unit("°C", offset=-KELVIN),
+    difference=Unit("K"),
+    topic="ambient_temperature",
+    message="sensor_msgs/msg/Temperature",
+    output=None,
+    sets="room_temperature",
+    driven_by=None,
+    noise=0.0,
+    lowest=-90.0,
+    largest=200.0,
+    csv_format=".6f",
+    digits=2,
+    hint=f"is it in kelvin? Subtract {KELVIN}",
+)
+
+LOAD: Final = Channel(
+    name="load",
+    symbol="F",
+    unit="N",
+    recorded=Unit("N"),
+    suffix="n",
+    display=Unit("N"),
+    difference=Unit("mN", 1e3),
+    topic="load",
+    message="std_msgs/msg/Float64",
+    output=None,
+    sets="load",
+    driven_by=None,
+    noise=0.0,
+    lowest=-1e4,
+    largest=1e4,
+    hint="is it in millinewton? Divide by 1000",
+)
+
+CHANNELS: Final = (POWER, TEMPERATURE, DISPLACEMENT, AMBIENT, LOAD)
 """Every channel, in the order in which they stand in a CSV."""
 
 SENSORS: Final = tuple(channel for channel in CHANNELS if channel.output is not None)
 """The channels that a model predicts, in the order of the chain P → T → d."""
 
+INPUTS: Final = tuple(channel for channel in CHANNELS if channel.sets is not None)
+"""The optional inputs: a run may lack them, and only the effects that read them need them."""
+
+NAMED_INPUT: Final = "input_"
+"""What the name, the column and the signal of an input that a user named begin with."""
+
+
+@cache
+def named_input(name: str) -> Channel:
+    """The optional input of a user: a column ``input_NAME`` of a CSV in any unit, which an effect reads as is.
+
+    Raises ValueError if the name does not begin with ``input_`` or is not an identifier.
+    """
+    if not name.startswith(NAMED_INPUT) or name == NAMED_INPUT or not name.isidentifier():
+        raise ValueError(f"{name!r} is not {NAMED_INPUT}NAME, NAME of letters, digits and _")
+    bare = Unit("")
+    return Channel(
+        name=name,
+        symbol=name.removeprefix(NAMED_INPUT),
+        unit="",
+        recorded=bare,
+        suffix="",
+        display=bare,
+        difference=bare,
+        topic=f"input/{name.removeprefix(NAMED_INPUT)}",
+        message="std_msgs/msg/Float64",
+        output=None,
+        sets=name,
+        driven_by=None,
+        noise=0.0,
+        lowest=-math.inf,
+        largest=math.inf,
+        hint="",
+    )
+
 
 def channel_named(name: str) -> Channel:
     """Look up a channel by its name. Raises KeyError if no channel has it."""
-    return {channel.name: channel for channel in CHANNELS}[name]
+    known = {channel.name: channel for channel in CHANNELS}
+    if name not in known:
+        with suppress(ValueError):
+            return named_input(name)
+    return known[name]
+
+
+def channel_of_column(column: str) -> Channel | None:
+    """The channel that a column of a CSV holds, None if it holds none."""
+    known = {channel.column: channel for channel in CHANNELS}
+    if column not in known:
+        with suppress(ValueError):
+            return named_input(column)
+    return known.get(column)
+
+
+def in_order(channels: Iterable[Channel]) -> tuple[Channel, ...]:
+    """The channels in the order in which they stand in a CSV: those of the table, then a user's inputs by name."""
+    given = set(channels)
+    return (*(c for c in CHANNELS if c in given), *sorted(given.difference(CHANNELS), key=lambda c: c.name))

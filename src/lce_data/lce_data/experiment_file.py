@@ -18,6 +18,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from lce_data import __version__
+from lce_data.channels import AMBIENT, Channel
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.schema import checked, read_yaml
@@ -39,8 +40,8 @@ class Conditions(Table, frozen=True, kw_only=True):
     ----------
     ambient_temperature_c, ambient_c : temperature of the surroundings; the simulated bench writes the first.
     strip_length_m : length of the strip between its clamps, cold.
-    load_n : force on the strip.
-    other : free notes.
+    load_n : force on the strip, pulling is positive.
+    other : free notes, and ``input_NAME``, the one value of an input that a user named.
     """
 
     ambient_temperature_c: float | None = None
@@ -49,6 +50,13 @@ class Conditions(Table, frozen=True, kw_only=True):
     load_n: float | None = None
     specimen: str | int | None = None
     day: str | int | None = None
+
+    def value(self, channel: Channel) -> float | None:
+        """The one number [recorded unit] of an optional input for the whole run, None if there is none."""
+        value = getattr(self, channel.column, self.other.get(channel.column))
+        if value is None and channel is AMBIENT:
+            return self.ambient_temperature_c
+        return float(value) if isinstance(value, int | float) else None
 
 
 class ModelUsed(Table, frozen=True, kw_only=True):

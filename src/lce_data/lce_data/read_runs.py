@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.bag.reader import Recorded, read_bag
-from lce_data.channels import CHANNELS, POWER, SENSORS, Channel
+from lce_data.channels import POWER, SENSORS, Channel, in_order
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
 from lce_data.run import Run, Series
@@ -20,6 +20,7 @@ from lce_data.run_csv import read_csv_experiment, read_run_csv
 Floats = NDArray[np.float64]
 
 FEWEST_SAMPLES: Final = 8
+"""Of the power and of a sensor; an optional input may be one number."""
 
 
 def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
@@ -83,8 +84,8 @@ def read_run(path: str | Path) -> Run:
 
 def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
     """Make a run of what was recorded in a file or folder. Raises LceError if it cannot be used."""
-    series = {channel: _series(path, *recorded[channel], channel) for channel in CHANNELS if channel in recorded}
-    sensors = [channel for channel in series if channel is not POWER]
+    series = {channel: _series(path, *recorded[channel], channel) for channel in in_order(recorded)}
+    sensors = [channel for channel in series if channel in SENSORS]
     if POWER not in series and len(sensors) < 2:
         pair = f"not {'both' if len(SENSORS) == 2 else 'two of'} {' and '.join(s.name for s in SENSORS)}"
         raise LceError(f"{path}: no laser power, and {pair}: nothing to relate")
@@ -93,7 +94,7 @@ def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
         raise LceError(f"{path}: {none}: nothing to compare a model with")
     for channel, values in series.items():
         _check_values(path, channel, values.value)
-    zero_s = series[POWER].time_s[0] if POWER in series else min(s.time_s[0] for s in series.values())
+    zero_s = series[POWER].time_s[0] if POWER in series else min(series[c].time_s[0] for c in sensors)
     times = {id(s.time_s): s.time_s for s in series.values()}  # channels of a CSV share theirs: shifted once
     since_zero = {key: time_s - zero_s for key, time_s in times.items()}
     return Run(
@@ -107,10 +108,9 @@ def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
 
 def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series:
     """The series as recorded. Raises LceError if it is short, not finite, or its time does not increase."""
-    if time.size < FEWEST_SAMPLES:
-        raise LceError(
-            f"{path}: {channel.name} has {time.size} samples; {FEWEST_SAMPLES} are the least that say anything"
-        )
+    fewest = 1 if channel.sets else FEWEST_SAMPLES
+    if time.size < fewest:
+        raise LceError(f"{path}: {channel.name} has {time.size} samples; {fewest} are the least that say anything")
     bad = np.flatnonzero(~np.isfinite(value))
     if bad.size:
         raise LceError(f"{path}: {channel.name} is {value[bad[0]]} at {time[bad[0]] - time[0]:.3f} s")

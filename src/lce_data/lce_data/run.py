@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
+from lce_data.channels import DISPLACEMENT, INPUTS, POWER, SENSORS, TEMPERATURE, Channel, channel_of_column, in_order
 from lce_data.experiment_file import Experiment
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,8 @@ class Run:
     Parameters
     ----------
     name : tells the run from others in reports: the name of its file or folder.
-    series : what was measured, by channel; the laser power is held from sample to sample.
+    series : what was measured, by channel; the laser power is held from sample to sample, an optional input is straight
+        between its samples.
     path : file or folder that it was read from; empty for a run made in code.
     sha256 : identifies the data.
     experiment : what ``experiment.yaml`` says of the run; empty for a CSV.
@@ -86,6 +87,19 @@ class Run:
     def measured(self) -> Mapping[Channel, Series]:
         """The sensors' series, in the order of the channels."""
         return {channel: self.series[channel] for channel in SENSORS if channel in self.series}
+
+    @property
+    def inputs(self) -> Mapping[Channel, Series]:
+        """The optional inputs: a series where one was measured, else one number where ``conditions`` give it."""
+        given = self.experiment.conditions
+        known = {*INPUTS, *self.series, *map(channel_of_column, given.other)}
+        found = dict[Channel, Series]()
+        for channel in in_order(c for c in known if c is not None and c.sets):
+            if channel in self.series:
+                found[channel] = self.series[channel]
+            elif (value := given.value(channel)) is not None:
+                found[channel] = Series(np.zeros(1), np.array([channel.recorded.to_si(value)]))
+        return found
 
     @property
     def strip_length_m(self) -> float | None:

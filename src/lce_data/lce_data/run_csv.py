@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import CHANNELS, Channel
+from lce_data.channels import CHANNELS, Channel, channel_of_column, in_order
 from lce_data.columns import TableFormat, read_columns
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside_csv, content_of, experiment_of, write_beside_csv
@@ -43,7 +43,7 @@ def write_run_csv(
         If the time does not increase or a file cannot be written.
     """
     _check_time(path, time_s, 2)
-    write_atomically(path, _lines(time_s, {channel: values[channel] for channel in CHANNELS if channel in values}))
+    write_atomically(path, _lines(time_s, {channel: values[channel] for channel in in_order(values)}))
     if experiment is not None:
         write_beside_csv(path, experiment)
 
@@ -59,7 +59,7 @@ def read_run_csv(path: Path) -> dict[Channel, tuple[Floats, Floats]]:
         If the file is no such table; names the file, the row and the cell.
     """
     header, first_row, _ = _head(path)
-    unknown = [name for name in header if name not in COLUMNS]
+    unknown = [name for name in header if name != "time_s" and channel_of_column(name) is None]
     if unknown or "time_s" not in header or len(set(header)) != len(header):
         raise LceError(
             f"{path}: header {','.join(header)!r}; expected time_s and of {','.join(COLUMNS[1:])}; "
@@ -70,8 +70,8 @@ def read_run_csv(path: Path) -> dict[Channel, tuple[Floats, Floats]]:
     if np.isnan(time_s).any():
         raise LceError(f"{path}, row {first_row + int(np.argmax(np.isnan(time_s)))}: time_s is empty")
     _check_time(path, time_s, first_row)
-    present = {channel: columns[channel.column] for channel in CHANNELS if channel.column in columns}
-    return {channel: _samples(time_s, values) for channel, values in present.items()}
+    present = in_order(channel for name in columns if (channel := channel_of_column(name)) is not None)
+    return {channel: _samples(time_s, columns[channel.column]) for channel in present}
 
 
 def read_csv_experiment(path: Path) -> Experiment:

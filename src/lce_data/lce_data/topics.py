@@ -24,7 +24,7 @@ RECORDED: Mapping[str, str] = {
     **{simulated_topic(channel): channel.message for channel in SENSORS},
     DIAGNOSTICS: "diagnostic_msgs/msg/DiagnosticArray",
 }
-"""Message type by topic, of every topic that is recorded by default."""
+"""Message type by topic, of every topic that is recorded by default; what nobody publishes is not in the bag."""
 
 LATCHED_TOPICS = frozenset({TARGET})
 """Topics whose last message also reaches a subscriber that joins later."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from lce_data import experiment_file as experiment
-from lce_data.channels import CHANNELS
+from lce_data.channels import CHANNELS, INPUTS
 from lce_data.errors import LceError
 from lce_data.progress import Progress
 from lce_data.settings import format_settings
@@ -54,7 +54,7 @@ class Plan:
     seed: int
     fast: bool
     conditions: Mapping[str, float] = field(default_factory=dict)
-    measured: tuple[str, ...] = tuple(channel.topic for channel in CHANNELS)
+    measured: tuple[str, ...] = tuple(channel.topic for channel in CHANNELS if channel not in INPUTS)
     player: NodeSpec = PLAYER
     controllers: tuple[NodeSpec, ...] = ()
     files: tuple[Path, ...] = ()

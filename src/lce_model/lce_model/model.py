@@ -15,7 +15,7 @@ from lce_data.errors import LceError
 from lce_model.effects import Effect, find, library
 from lce_model.kernel.compose import Kernel, compile_terms
 from lce_model.library import PUBLISHED, terms
-from lce_model.terms import SENSOR_INPUT, Parameter, Term
+from lce_model.terms import SENSOR_INPUT, Parameter, Term, inputs_of
 from lce_model.variation import Variation
 
 Floats = NDArray[np.float64]
@@ -126,6 +126,11 @@ class Model:
     def kernel(self) -> Kernel:
         """The compiled form of the terms."""
         return compile_terms(self.terms)
+
+    @property
+    def inputs(self) -> tuple[Channel, ...]:
+        """The optional inputs of a run that its terms read, such as the load."""
+        return inputs_of(self.terms)
 
     @property
     def vector(self) -> Floats:

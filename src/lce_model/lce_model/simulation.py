@@ -4,7 +4,8 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
+from types import MappingProxyType
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from lce_model.kernel.generate import RECORDED
 from lce_model.model import Floats, Model
 
 NO_DRIVE: Floats = np.empty(0)
+NO_INPUTS: Final[Mapping[Channel, float]] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,7 @@ def simulate(
     initial_temperature_k: float | None = None,
     temperature_k: ArrayLike | None = None,
     deadband_k: float = 0.0,
+    inputs: Mapping[Channel, ArrayLike] = NO_INPUTS,
 ) -> Trajectory:
     """Simulate P→T→d.
 
@@ -104,9 +107,11 @@ def simulate(
     model : terms and values.
     time_s : (n,) strictly increasing [s].
     power_w : (n,) laser power [W], each value held until the next time; None with ``temperature_k``.
-    initial_temperature_k : [K]; the ambient temperature if None.
+    initial_temperature_k : [K]; the temperature of the surroundings if None.
     temperature_k : (n,) [K]; if given, it replaces the thermal stage (a measured temperature drives the strip).
     deadband_k : reversals of the temperature smaller than this [K] do not change the branch.
+    inputs : optional inputs by channel [its SI unit], one number or (n,), straight between the times. What is not
+        given is not known: the load then is that at which the parameters hold, and the room has the temperature T_env.
 
     Returns
     -------
@@ -116,8 +121,8 @@ def simulate(
     Raises
     ------
     LceError
-        If the time does not rise, the power or the temperature is not a finite number for each time, or the model has
-        no thermal stage and no temperature is given.
+        If the time does not rise, the power, the temperature or an input is not a finite number for each time, or the
+        model has no thermal stage and no temperature is given.
 
     Examples
     --------
@@ -130,13 +135,14 @@ def simulate(
     if temperature_k is None and model.thermal == "none":
         raise LceError("this model has no thermal stage: it needs a measured temperature")
     out = np.empty((time.size, len(RECORDED)))
-    start = _start_temperature(model, initial_temperature_k) if temperature_k is None else float(drive[0])
-    model.kernel.run(time, power, drive, start, deadband_k, model.vector, out)
+    kernel = model.kernel
+    given = np.full((time.size, len(kernel.inputs)), np.nan)
+    for k, channel in enumerate(kernel.inputs):
+        if channel in inputs:
+            given[:, k] = _checked_input(np.broadcast_to(inputs[channel], time.shape), channel.name, time.size)
+    start = math.nan if initial_temperature_k is None else float(initial_temperature_k)
+    kernel.run(time, power, drive, given, start, deadband_k, model.vector, out)
     return Trajectory(time, {name: np.ascontiguousarray(out[:, i]) for i, name in enumerate(RECORDED)})
-
-
-def _start_temperature(model: Model, initial_temperature_k: float | None) -> float:
-    return model["ambient.t_env"] if initial_temperature_k is None else float(initial_temperature_k)
 
 
 class Stepper:
@@ -145,7 +151,8 @@ class Stepper:
     Parameters
     ----------
     model : with a thermal stage.
-    initial_temperature_k : [K]; the ambient temperature if None.
+    initial_temperature_k : [K]; the temperature of the surroundings if None.
+    inputs : optional inputs at the beginning, by channel [its SI unit].
 
     Raises
     ------
@@ -159,20 +166,33 @@ class Stepper:
     >>> strip.displacement_m, strip.measured(TEMPERATURE)  # doctest: +SKIP
     """
 
-    def __init__(self, model: Model, initial_temperature_k: float | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        initial_temperature_k: float | None = None,
+        inputs: Mapping[Channel, float] = NO_INPUTS,
+    ) -> None:
         if model.thermal == "none":
             raise LceError("a strip that is stepped by laser power needs a thermal stage")
         self._model = model
         self._kernel = model.kernel
         self._parameters = model.vector
         self._state = np.empty(self._kernel.state_size)
-        self._kernel.begin(_start_temperature(model, initial_temperature_k), 0.0, self._parameters, self._state)
+        self._inputs = np.full(len(self._kernel.inputs), np.nan)
+        self.set_inputs(inputs)
+        start = math.nan if initial_temperature_k is None else float(initial_temperature_k)
+        self._kernel.begin(start, 0.0, self._inputs, self._parameters, self._state)
 
     def copy(self) -> Self:
         """The same strip at the same moment, to be stepped on its own."""
         twin = type(self).__new__(type(self))
-        twin.__dict__ |= self.__dict__ | {"_state": self._state.copy()}
+        twin.__dict__ |= self.__dict__ | {"_state": self._state.copy(), "_inputs": self._inputs.copy()}
         return twin
+
+    def set_inputs(self, inputs: Mapping[Channel, float]) -> None:
+        """Set optional inputs, by channel [its SI unit], from the end of the next step on; those left out stay."""
+        for k, channel in enumerate(self._kernel.inputs):
+            self._inputs[k] = inputs.get(channel, self._inputs[k])
 
     def step(self, power_w: float, dt_s: float) -> None:
         """Advance by ``dt_s`` [s] under constant power [W].
@@ -181,7 +201,7 @@ class Stepper:
         """
         if not (0.0 <= power_w < math.inf and 0.0 <= dt_s < math.inf):
             raise LceError(f"cannot step by {dt_s} s at {power_w} W: both must be finite and not negative")
-        self._kernel.advance(power_w, dt_s, self._parameters, self._state)
+        self._kernel.advance(power_w, dt_s, self._inputs, self._parameters, self._state)
 
     def correct(self, temperature_k: float) -> None:
         """Continue from another temperature [K] than the computed one, as an observer does that has measured it.

@@ -2,18 +2,18 @@
 """What a model is made of: terms, each with its parameters, and the signals that they pass on.
 
 A term is one small physical statement. Its ``step`` is a plain function of floats, and its arguments are bound *by
-name* to the signals below, to the term's own parameters and states, and to ``dt`` [s]. What it returns is assigned,
-in order, to ``states + outputs``. A model is a tuple of terms, evaluated in that order once per sample; see
-:mod:`lce_model.kernel.compose` for how the tuple becomes one compiled loop.
+name* to the signals below, to the term's own parameters and states, to ``dt`` [s], and to the columns ``input_NAME`` of
+a run. What it returns is assigned, in order, to ``states + outputs``. A model is a tuple of terms, evaluated in that
+order once per sample; see :mod:`lce_model.kernel.compose` for how the tuple becomes one compiled loop.
 """
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal, get_args
 
-from lce_data.channels import SENSORS
+from lce_data.channels import INPUTS, NAMED_INPUT, SENSORS, Channel, in_order, named_input
 from lce_data.errors import LceError
 
 Stage = Literal["surroundings", "light", "heat", "order", "strain", "sensor"]
@@ -42,12 +42,18 @@ SIGNALS: Final[dict[str, str]] = {
     "reference_order": "1, mean order parameter at which the stretch is 1",
     "stretch": "1, deformation coefficient lambda (3.1)",
     "displacement": "m, contraction of the strip, positive upwards (6.8)",
+    **{
+        channel.sets: f"{channel.unit}, {channel.name} as measured, at the end of the step; NaN where it is not known"
+        for channel in INPUTS
+        if channel.sets is not None
+    },
 } | {
     channel.output: f"{channel.unit}, {channel.name} that a sensor without noise reports, after effects of the sensor"
     for channel in SENSORS
     if channel.output is not None
 }
-"""Every quantity that terms can read or write, with its unit. Each sensor adds its own (:mod:`lce_data.channels`)."""
+"""Every quantity that terms can read or write, with its unit. Each optional input adds its own, and each sensor
+(:mod:`lce_data.channels`)."""
 
 SENSOR_INPUT: Final[dict[str, str | None]] = {
     channel.output: channel.name if channel.name in SIGNALS else None
@@ -176,7 +182,7 @@ class Term:
         arrays = {**dict(self.arrays), **dict(self.vectors)}
         known = {*SIGNALS, *self.states, *arrays, *(p.name for p in self.parameters), "dt"}
         for argument in inspect.signature(function).parameters:
-            if argument not in known:
+            if argument not in known and _input(argument) is None:
                 raise LceError(
                     f"term {self.name}: argument {argument!r} of {function.__name__} is no signal, parameter or state"
                 )
@@ -185,3 +191,20 @@ class Term:
 def reads(term: Term, signal: str) -> bool:
     """Tell whether the signal is an argument of the term's step or start."""
     return any(signal in inspect.signature(f).parameters for f in (term.step, term.start) if f is not None)
+
+
+def inputs_of(terms: Iterable[Term]) -> tuple[Channel, ...]:
+    """The optional inputs of a run that the terms read, such as the load where one has the argument ``load``."""
+    found = set[Channel | None]()
+    for term in terms:
+        own = {*term.states, *dict(term.arrays), *dict(term.vectors), *(p.name for p in term.parameters)}
+        for function in (f for f in (term.step, term.start) if f is not None):
+            found |= {_input(name) for name in inspect.signature(function).parameters if name not in own}
+    return in_order(channel for channel in found if channel is not None)
+
+
+def _input(signal: str) -> Channel | None:
+    """The optional input that sets a signal, None if none does."""
+    if signal.startswith(NAMED_INPUT) and signal != NAMED_INPUT:
+        return named_input(signal)
+    return next((channel for channel in INPUTS if channel.sets == signal), None)

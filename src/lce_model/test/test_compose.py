@@ -33,7 +33,8 @@ EXTRA = Term(
 def run(members: tuple[Term, ...], parameters: list[float]) -> np.ndarray:
     time = np.arange(0.0, 30.0, 0.01)
     out = np.empty((time.size, len(RECORDED)))
-    compile_terms(members).run(time, np.ones_like(time), np.empty(0), 301.15, 0.0, np.array(parameters), out)
+    no_inputs = np.empty((time.size, 0))
+    compile_terms(members).run(time, np.ones_like(time), np.empty(0), no_inputs, 301.15, 0.0, np.array(parameters), out)
     return out[:, 0]
 
 

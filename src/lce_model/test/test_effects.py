@@ -9,9 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from lce_data.channels import AMBIENT, LOAD
 from lce_data.errors import LceError
 from lce_data.waveforms import RATE_HZ, SHAPES
-from lce_model import Model, Trajectory, default_model, simulate
+from lce_model import Model, Trajectory, default_model, simulation
 from lce_model.effects import Effect, find, library
 from lce_model.kernel.generate import RECORDED
 from lce_model.terms import SIGNALS, STAGES
@@ -34,6 +35,14 @@ def _wave() -> np.ndarray:
 
 POWER = _wave()
 TIME = np.arange(POWER.size) / RATE_HZ
+
+
+def simulate(
+    model: Model, time_s: np.ndarray, power_w: np.ndarray, temperature_k: np.ndarray | None = None
+) -> Trajectory:
+    """A strip under a load that sways, in a room that warms up."""
+    inputs = {LOAD: 0.05 + 0.03 * np.sin(time_s / 4.0), AMBIENT: 300.0 + 2.0 * np.sin(time_s / 30.0)}
+    return simulation.simulate(model, time_s, power_w, temperature_k=temperature_k, inputs=inputs)
 
 
 def reversible() -> Model:

@@ -30,6 +30,7 @@ from lce_analysis.identification.problem import Problem, observed_series, start_
 from lce_analysis.identification.random_effects import settle
 from lce_analysis.identification.result import FitResult
 from lce_analysis.identification.stages import HEAT_STAGES, MECHANICAL_STAGES, thermal_stage
+from lce_analysis.inputs import check_inputs
 from lce_analysis.options import FitOptions
 from lce_analysis.prediction import (
     MECHANICAL,
@@ -96,6 +97,8 @@ def fit(
         raise LceError("no runs to fit")
     check_runs(model, runs, options)
     model = with_ambient_at_rest(reaching(model, runs), runs)
+    for run in runs:
+        check_inputs(run, model.terms)
     inputs = [simulation_input(run, model) for run in runs]
     return _Search(model, inputs, options, watched(progress, cancel)).result()
 

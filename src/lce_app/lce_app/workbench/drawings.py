@@ -14,7 +14,7 @@ from lce_app.workbench.records import AdditionRecord, DiagnosisRecord
 from lce_app.workbench.session import Role as Use
 from lce_app.workbench.snapshot import WANTED, Snapshot
 from lce_app.workbench.state import WorkbenchState
-from lce_data.channels import CHANNELS, POWER, SENSORS, Channel
+from lce_data.channels import POWER, SENSORS, Channel
 from lce_data.run import Floats, Run
 from lce_model import Model
 from lce_report import Axis, Block, Curve, Figure, Grid, Lines
@@ -126,7 +126,7 @@ def live_topics(channel: Channel) -> tuple[str, ...]:
 def live_columns(snapshots: Sequence[Snapshot], began_s: float) -> dict[str, list[list[float | None]]]:
     """The snapshots as columns of the live figures; None for a topic that was silent."""
     columns: dict[str, list[list[float | None]]] = {}
-    for channel in CHANNELS:
+    for channel in (*SENSORS, POWER):
         columns[live_title(channel)] = [
             [snapshot.time_s - began_s for snapshot in snapshots],
             *(

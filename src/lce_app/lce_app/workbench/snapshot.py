@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from lce_data.channels import CHANNELS, DISPLACEMENT, POWER, TEMPERATURE, Channel
+from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
 from lce_data.topics import COMMAND, SETPOINT, TARGET
 
 PERIOD_S: Final = 1.0 / 15.0
@@ -17,7 +17,7 @@ WANTED: Final[Mapping[Channel, tuple[str, str]]] = {
     POWER: (COMMAND, "command"),
 }
 """Topic and label of what is wanted of a channel, drawn beside what was measured."""
-MONITORED: Final = (*(channel.topic for channel in CHANNELS), *(topic for topic, _ in WANTED.values()))
+MONITORED: Final = (*(channel.topic for channel in (POWER, *SENSORS)), *(topic for topic, _ in WANTED.values()))
 """Topics whose values are shown."""
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import CHANNELS, Channel
+from lce_data.channels import CHANNELS, INPUTS, NAMED_INPUT, Channel, named_input
 from lce_data.errors import LceError
 
 Floats = NDArray[np.float64]
@@ -19,7 +19,11 @@ Floats = NDArray[np.float64]
 Recorded = Mapping[Channel, tuple[Floats, Floats]]
 """Time [s] and value [recorded unit] of each channel that was recorded, (n,) each."""
 
-CHANNEL_BY_TOPIC: Final = {channel.topic: channel for channel in CHANNELS}
+OWN_TOPICS: Final = tuple(channel.topic for channel in CHANNELS if channel not in INPUTS)
+"""Topics of an actuator and its sensors: one of them tells the namespace of a bag."""
+OPTIONAL_TOPICS: Final = tuple(channel.topic for channel in INPUTS)
+NAMED_TOPIC: Final = "/input/"
+NAMED_MESSAGE: Final = "std_msgs/msg/Float64"
 
 
 @dataclass(frozen=True)
@@ -83,12 +87,13 @@ def read_bag(path: Path) -> Recorded:
         If the bag cannot be read, is empty, or holds several actuators or a channel of another type; names the bag,
         the topic, and what to do.
     """
-    found = read_topics(path, lambda topic, _: _is_channel(topic))
-    if not found:
+    found = read_topics(path, _is_channel)
+    own = [topic for topic in found if _ends_in(topic, OWN_TOPICS)]
+    if not own:
         raise LceError(f"{path}: the bag is empty; if it was cut short, run: lce repair {path}")
-    namespace = _namespace(path, found)
+    namespace = _namespace(path, own)
     recorded: dict[Channel, tuple[Floats, Floats]] = {}
-    for channel in CHANNELS:
+    for channel in (*CHANNELS, *_named_inputs(found, namespace)):
         messages = found.get(f"{namespace}{channel.topic}")
         if messages is None:
             continue
@@ -119,18 +124,29 @@ def _from_file(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[tuple
                 yield channel.topic, schema.name, message.log_time, message.data
 
 
-def _is_channel(topic: str) -> bool:
+def _is_channel(topic: str, type_name: str) -> bool:
     """Whether a topic is that of a channel in some namespace, and not what the simulator knows of it."""
-    return any(f"/{topic}".endswith(f"/{name}") for name in CHANNEL_BY_TOPIC) and "/sim/" not in f"/{topic}"
+    named = NAMED_TOPIC in f"/{topic}" and type_name == NAMED_MESSAGE
+    return (named or _ends_in(topic, (*OWN_TOPICS, *OPTIONAL_TOPICS))) and "/sim/" not in f"/{topic}"
+
+
+def _ends_in(topic: str, names: Iterable[str]) -> bool:
+    return any(f"/{topic}".endswith(f"/{name}") for name in names)
 
 
 def _namespace(path: Path, topics: Iterable[str]) -> str:
     """What stands before the topics' names. Raises LceError if two actuators were recorded into one bag."""
-    names = CHANNEL_BY_TOPIC
-    fronts = {topic.removesuffix(name) for topic in topics for name in names if f"/{topic}".endswith(f"/{name}")}
+    fronts = {topic.removesuffix(name) for topic in topics for name in OWN_TOPICS if _ends_in(topic, (name,))}
     if len(fronts) > 1:
         raise LceError(f"{path}: several actuators in one bag ({', '.join(sorted(fronts))}); record each on its own")
     return fronts.pop()
+
+
+def _named_inputs(topics: Iterable[str], namespace: str) -> list[Channel]:
+    """The inputs that a user named: topics ``input/NAME`` of the namespace."""
+    front = f"{namespace}{NAMED_TOPIC[1:]}"
+    names = sorted(NAMED_INPUT + topic.removeprefix(front) for topic in topics if topic.startswith(front))
+    return [named_input(name) for name in names if name.isidentifier()]
 
 
 def _floats(messages: Messages) -> tuple[None, Floats]:

@@ -25,20 +25,23 @@ from numba import float64
 from numba.core.errors import NumbaError
 from numba.core.types import Number
 
+from lce_data.channels import Channel
 from lce_data.errors import LceError
 from lce_model.kernel.generate import source, state_size
-from lce_model.terms import SIGNALS, Term
+from lce_model.terms import SIGNALS, Term, inputs_of
 
 
 @dataclass(frozen=True)
 class Kernel:
     """The compiled functions of one tuple of terms.
 
-    run(time_s, power_w, drive_k, start_k, deadband_k, p, out) fills ``out`` (n, len(RECORDED)); a ``drive_k`` of
-    length n replaces the thermal stage, one of length 0 leaves it in place.
+    run(time_s, power_w, drive_k, u, start_k, deadband_k, p, out) fills ``out`` (n, len(RECORDED)); a ``drive_k`` of
+    length n replaces the thermal stage, one of length 0 leaves it in place; ``u`` (n, len(inputs)) are the optional
+    inputs at the times, NaN where they are not known; a ``start_k`` of NaN is the temperature of the surroundings.
     run_many(…, P, out) does the same for parameter rows P (m, k) into out (m, n, len(RECORDED)).
-    begin(start_k, deadband_k, p, state), advance(power_w, dt_s, p, state) step a state vector kept by the caller; its
-    first entries are the signals, in the order of SIGNALS.
+    begin(start_k, deadband_k, u, p, state), advance(power_w, dt_s, u, p, state) step a state vector kept by the
+    caller, with the inputs ``u`` (len(inputs),) at the end of the step; its first entries are the signals, in the order
+    of SIGNALS.
     """
 
     run: Callable[..., None]
@@ -46,6 +49,7 @@ class Kernel:
     begin: Callable[..., None]
     advance: Callable[..., None]
     state_size: int
+    inputs: tuple[Channel, ...]
 
 
 SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)}
@@ -125,4 +129,4 @@ def compile_terms(terms: tuple[Term, ...]) -> Kernel:
         module = _import_generated(path, names)
     except NumbaError as error:
         raise LceError(_mistake(terms) or str(error)) from None
-    return Kernel(module.run, module.run_many, module.begin, module.advance, size)
+    return Kernel(module.run, module.run_many, module.begin, module.advance, size, inputs_of(terms))

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from lce_model.terms import SENSOR_INPUT, SIGNALS, Stage, Term
+from lce_model.terms import SENSOR_INPUT, SIGNALS, Stage, Term, inputs_of
 
 AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
     "surroundings": ("ambient = temperature",),
@@ -75,8 +75,8 @@ def source(terms: tuple[Term, ...]) -> str:
 
     Of the heat balance alone, ``terms("lumped", "none")``, and shortened::
 
-        @njit("void(f8, f8, f8[::1], f8[::1])", nogil=True, cache=True, error_model="numpy")
-        def advance(power_w, dt, p, s):
+        @njit("void(f8, f8, f8[::1], f8[::1], f8[::1])", nogil=True, cache=True, error_model="numpy")
+        def advance(power_w, dt, u, p, s):
             ambient__t_env = p[0]
             lumped__gain = p[1]
             lumped__tau = p[2]
@@ -105,26 +105,32 @@ def source(terms: tuple[Term, ...]) -> str:
     unpack, load, store = _unpack_parameters(terms), _load_states(terms), _store_states(terms)
     step = _stages(terms, initial=False)
 
-    with code.function("begin", {"start_k": "f8", "deadband_k": "f8", "p": _VECTOR, "s": _VECTOR}):
-        code.add(*unpack, "s[:] = NAN", *load)
+    with code.function("begin", {"start_k": "f8", "deadband_k": "f8", "u": _VECTOR, "p": _VECTOR, "s": _VECTOR}):
+        code.add(*unpack, "s[:] = NAN", *load, *_inputs(terms, "u[{}]"))
         code.add("temperature = start_k", "deadband = deadband_k", "dt = power = warming = 0.0", "fraction = 1.0")
         code.add(*_stages(terms, initial=True), *store)
 
-    with code.function("advance", {"power_w": "f8", "dt": "f8", "p": _VECTOR, "s": _VECTOR}):
-        code.add(*unpack, *load, "power = power_w", "forced, drive_next = False, 0.0", *step, *store)
+    with code.function("advance", {"power_w": "f8", "dt": "f8", "u": _VECTOR, "p": _VECTOR, "s": _VECTOR}):
+        code.add(*unpack, *load, "power = power_w", *_inputs(terms, "u[{}]"), "forced, drive_next = False, 0.0")
+        code.add(*step, *store)
 
-    series = {"time_s": _VECTOR, "power_w": _VECTOR, "drive_k": _VECTOR}
+    series = {"time_s": _VECTOR, "power_w": _VECTOR, "drive_k": _VECTOR, "u": _MATRIX}
     with code.function("run", {**series, "start_k": "f8", "deadband_k": "f8", "p": _VECTOR, "out": _MATRIX}):
         code.add("s = empty(STATE_SIZE)", "forced = drive_k.size > 0")
-        code.add("begin(drive_k[0] if forced else start_k, deadband_k, p, s)", *unpack, *load, *_record("0"))
+        code.add("begin(drive_k[0] if forced else start_k, deadband_k, u[0], p, s)", *unpack, *load, *_record("0"))
         with code.block("for i in range(1, time_s.size):"):
             code.add("power = power_w[i - 1]", "dt = time_s[i] - time_s[i - 1]")
-            code.add("drive_next = drive_k[i] if forced else 0.0", *step, *_record("i"))
+            code.add(*_inputs(terms, "u[i, {}]"), "drive_next = drive_k[i] if forced else 0.0", *step, *_record("i"))
 
     many = {**series, "start_k": _VECTOR, "deadband_k": "f8", "p": _MATRIX, "out": _CUBE}
     with code.function("run_many", many, options=""), code.block("for j in range(p.shape[0]):"):
-        code.add("run(time_s, power_w, drive_k, start_k[j], deadband_k, p[j], out[j])")
+        code.add("run(time_s, power_w, drive_k, u, start_k[j], deadband_k, p[j], out[j])")
     return str(code)
+
+
+def _inputs(terms: tuple[Term, ...], place: str) -> list[str]:
+    """Assignments of the inputs that the terms read, from their columns."""
+    return [f"{channel.sets} = {place.format(k)}" for k, channel in enumerate(inputs_of(terms))]
 
 
 def _unpack_parameters(terms: tuple[Term, ...]) -> list[str]:
@@ -174,6 +180,8 @@ def _stages(terms: tuple[Term, ...], initial: bool) -> list[str]:
         if stage == "heat" and not initial:
             calls = ["if forced:", "    temperature = drive_next", "else:", *(f"    {c}" for c in calls or ["pass"])]
         lines += calls
+        if stage == "surroundings" and initial:
+            lines += ["if temperature != temperature:", "    temperature = ambient"]
     return lines
 
 
