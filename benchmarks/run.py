@@ -17,6 +17,7 @@ import bands
 import diagnosis
 import graph
 import loop_timing
+import reading
 import recovery
 import speed
 import workbench
@@ -56,6 +57,7 @@ def main() -> int:
     parts: dict[str, Callable[[], list[str]]] = {
         "simulation": speed.simulation,
         "start_up": speed.start_up,
+        "reading": reading.measure,
         "identification": lambda: speed.identification(5.0 if quick else 20.0),
         "recovery": lambda: recovery.measure(3 if quick else 20),
         "bands": lambda: bands.measure(5 if quick else 50),
