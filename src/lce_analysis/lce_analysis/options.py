@@ -37,9 +37,8 @@ class FitOptions:
     undetermined : standard error, in natural units (e-folds, tenths of the bounds), above which the data do not
         determine a parameter.
     strong_correlation : |ρ| above which two parameters are reported as strongly correlated.
-    outlier_factor : a run is called another strip if its own time constant or gain differs from the median of the
-        other runs by this factor.
-    outlier_error : relative standard error above which a run does not determine them well enough to be compared.
+    differing : a parameter is reported as different from run to run if a value for each run would take this share of
+        the squared error.
     profile_points : values that a profile likelihood tries on each side of the optimum, at most.
     bootstrap_block : length of the blocks of residuals that are resampled, in their correlation times.
 
@@ -68,8 +67,7 @@ class FitOptions:
     moved: float = 5.0
     undetermined: float = 0.5
     strong_correlation: float = 0.95
-    outlier_factor: float = 1.2
-    outlier_error: float = 0.05
+    differing: float = 0.2
     profile_points: int = 8
     bootstrap_block: float = 4.0
 
@@ -77,11 +75,9 @@ class FitOptions:
         _check_drive(self.drive)
         _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "reweighted", "profile_points")
         _check_at_least(self, 0, "seed")
-        _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "outlier_error", "bootstrap_block")
+        _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "bootstrap_block")
         _check_at_least(self, 0.0, "same_minimum", "same_weights")
-        _check_share(self, "strong_correlation")
-        if not (math.isfinite(self.outlier_factor) and self.outlier_factor > 1.0):
-            raise LceError(f"outlier_factor: {self.outlier_factor:g} must be above 1")
+        _check_share(self, "strong_correlation", "differing")
 
 
 @dataclass(frozen=True)

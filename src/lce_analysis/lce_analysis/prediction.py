@@ -136,11 +136,17 @@ def _at_rest(run: Run) -> Floats:
 
 
 def ambient_at_rest(run: Run) -> float | None:
-    """Temperature [K] of the strip before the laser was first on, or at the first sample if it was on at once.
+    """Temperature [K] before the laser was first on, or at the first sample if it was on at once.
 
-    None if power or temperature was not recorded. It is that of the surroundings if the strip had come to rest.
+    It is that of the surroundings if the strip had come to rest. None if power or temperature was not recorded, or if
+    the temperature drifted before the laser was on.
     """
-    return None if run.power is None or not (rest := _at_rest(run)).size else float(np.mean(rest))
+    rest = np.empty(0) if run.power is None else _at_rest(run)
+    if run.temperature is None or rest.size == 0:
+        return None
+    first, last = (float(np.mean(part)) for part in np.array_split(rest, 2)) if rest.size > 3 else (rest[0], rest[0])
+    drifts = abs(last - first) > 3.0 * noise_floor(run.temperature) * math.sqrt(4.0 / rest.size) + 0.02
+    return None if drifts else float(np.mean(rest))
 
 
 def with_ambient_at_rest(model: Model, runs: Sequence[Run]) -> Model:

@@ -29,7 +29,7 @@ def test_an_unknown_drive(options: type[Any]) -> None:
         (FitOptions, "negligible", 0.0, "0 must be above 0"),
         (FitOptions, "undetermined", float("nan"), "nan must be above 0"),
         (FitOptions, "strong_correlation", 1.5, r"1.5 must be within \(0, 1\]"),
-        (FitOptions, "outlier_factor", 1.0, "1 must be above 1"),
+        (FitOptions, "differing", 1.5, r"1.5 must be within \(0, 1\]"),
         (CompareOptions, "intervals", 0, "0 is not 1 or more"),
         (CompareOptions, "turn_k", -1.0, "-1 must be 0 or above"),
         (CompareOptions, "even", 0.5, "0.5 must be 1 or above"),

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from lce_analysis.diagnosis import Addition, Diagnosis
     from lce_analysis.diagnosis.held_out import HeldOut
     from lce_analysis.diagnosis.ranking import Candidate, Standing
-    from lce_analysis.diagnosis.search import Step
+    from lce_analysis.diagnosis.search import Accepted, Step
+    from lce_model import RunValue
 
 LEADING: Final = 4
 """Candidates whose strengths by run and pictures are shown, at most."""
@@ -38,7 +39,8 @@ class DiagnosisTables:
     """What is told of a diagnosis beside its sentences.
 
     errors : of the model as given, refitted, and with what was added.
-    steps : what each addition did; None if nothing was added.
+    steps : what each change of the model did; None if nothing was changed.
+    varies : the values of each run of what differs from run to run; None if nothing does.
     strengths : of the leading candidates, run by run; None if nothing was tried.
     ranking : the candidates that were tried, sorted by what decides; None if nothing was.
     not_tried : the others, in a sentence; empty if there are none.
@@ -47,6 +49,7 @@ class DiagnosisTables:
 
     errors: Table
     steps: Table | None
+    varies: Table | None
     strengths: Table | None
     ranking: Table | None
     not_tried: str
@@ -74,7 +77,8 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
     leaders = [c for c in leading(found) if c.trial and c.trial.strengths]
     return DiagnosisTables(
         errors=_errors(found),
-        steps=_steps(found.steps) if found.steps else None,
+        steps=_steps(found.accepted) if found.accepted else None,
+        varies=_varies(found.model) if found.model.varies else None,
         strengths=_strengths({c.effect: _by_run(c, found.runs) for c in leaders}) if leaders else None,
         ranking=_ranking(tried, found.steps) if tried else None,
         not_tried=f"Not tried, because they promised too little: {', '.join(others)}." if others else "",
@@ -141,7 +145,7 @@ def models_tried(model: Model) -> Table:
 
 def _errors(found: Diagnosis) -> Table:
     """Three columns for each sensor on each set of runs; without an addition the third would be the second."""
-    added = [step.added for step in found.steps]
+    added = [accepted.label for accepted in found.accepted]
     head = ["runs", "sensor", "as given", "refitted"]
     rows = []
     for label, names, table in (("training", found.runs, found.train), ("held out", found.held_out, found.test)):
@@ -169,12 +173,12 @@ def _errors_by_run(compared: Mapping[str, Comparison], held_out: Collection[str]
     return Table(about, ("run", "sensor", *compared, "went"), rows)
 
 
-def _steps(steps: Sequence[Step]) -> Table:
+def _steps(steps: Sequence[Accepted]) -> Table:
     sensors = [c for c in SENSORS if any(c in step.held_out.before.total for step in steps)]
     head = ("added", "or", "predicted", "went", "judged on", *(f"{c.symbol} without → with" for c in sensors))
     rows = [
         (
-            step.added,
+            step.label,
             ", ".join(step.alias_set[1:]) or NOTHING,
             _percent(step.predicted_reduction),
             _percent(step.actual_reduction),
@@ -185,6 +189,22 @@ def _steps(steps: Sequence[Step]) -> Table:
     ]
     about = f"shares of the squared error above the noise; {WITHOUT_WITH}"
     return Table(f"What was added ({about})", head, rows)
+
+
+def _varies(model: Model) -> Table:
+    """A column for each parameter that differs from run to run, a row for each run."""
+    values = {key: model.values[model.index(key)] for key in model.varies}
+    runs = dict.fromkeys(name for variation in model.varies.values() for name in variation.by_run)
+    rows = [(name, *(_own(variation.by_run.get(name)) for variation in model.varies.values())) for name in runs]
+    rows += [("another run", *(f"{value.value:.4g}" for value in values.values()))]
+    spreads = [v.spread for v in model.varies.values()]
+    rows += [("spread from run to run", *(NOTHING if x is None else f"{x:.2g}" for x in spreads))]
+    head = ("run", *(key if value.unit == "1" else f"{key} [{value.unit}]" for key, value in values.items()))
+    return Table("What differs from run to run, ± standard error", head, rows)
+
+
+def _own(own: RunValue | None) -> str:
+    return NOTHING if own is None else estimate(own.value, own.standard_error or math.nan)
 
 
 ByRun = tuple[Estimate | None, Mapping[str, Estimate | None]]

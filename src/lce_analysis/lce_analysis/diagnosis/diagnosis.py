@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
-from lce_analysis.diagnosis.search import Search, Step
+from lce_analysis.diagnosis.search import Accepted, Search, Step, VariationStep
 from lce_analysis.diagnosis.stage_problem import Part, StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection
@@ -23,7 +23,7 @@ from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.noise import sensor_noise
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
-from lce_model import Model
+from lce_model import Model, Variation
 from lce_model.effects import Effect, library
 
 Floats = NDArray[np.float64]
@@ -58,7 +58,8 @@ class Diagnosis:
     at_fault : the part of the model that left a sensor unexplained before anything was added; None if none did.
     bent : would the deformation have bent the temperature, had both been fitted together in the end?
     drive : what drove the deformation when it was judged.
-    steps : the additions in their order.
+    accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
+        the parameters that were found to differ from run to run.
     candidates : one per effect of the library, sorted by what decides.
     rest : what the residual still depends on, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
@@ -76,7 +77,7 @@ class Diagnosis:
     at_fault: Part | None
     bent: bool
     drive: Drive
-    steps: tuple[Step, ...]
+    accepted: tuple[Accepted, ...]
     candidates: tuple[Candidate, ...]
     rest: tuple[Dependence, ...]
     fingerprint: str
@@ -87,6 +88,16 @@ class Diagnosis:
     runs: tuple[str, ...]
     held_out: tuple[str, ...]
     seconds: float
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The effects that were added, in their order."""
+        return tuple(a for a in self.accepted if isinstance(a, Step))
+
+    @property
+    def variations(self) -> tuple[VariationStep, ...]:
+        """The parameters that were found to differ from run to run, in their order."""
+        return tuple(a for a in self.accepted if isinstance(a, VariationStep))
 
     @property
     def traces(self) -> tuple[Candidate, ...]:
@@ -114,7 +125,7 @@ class Diagnosis:
             },
             "noise_floor": {channel.column: self.noise.get(channel) for channel in SENSORS},
             "discrepancy": {channel.column: self.discrepancy.get(channel) for channel in SENSORS},
-            "varies": {},
+            "varies": {key: _by_run_json(variation) for key, variation in self.model.varies.items()},
             "signatures": [],
             "fingerprint": self.fingerprint,
             "seconds": self.seconds,
@@ -148,6 +159,10 @@ def _step_json(step: Step, runs: Sequence[str]) -> dict[str, Any]:
         "left_out": step.held_out.how,
         "held_out": {"before": _over_noise(step.held_out.before), "after": _over_noise(step.held_out.after)},
     }
+
+
+def _by_run_json(variation: Variation) -> dict[str, list[float | None]]:
+    return {name: [own.value, own.standard_error] for name, own in variation.by_run.items()}
 
 
 def _candidate_json(c: Candidate) -> dict[str, Any]:
@@ -229,11 +244,11 @@ def diagnose(
         verdict=verdict,
         given=model,
         before=search.base.model,
-        model=search.present.model,
+        model=search.present.model.varying(search.varies()),
         at_fault=_at_fault(search.base, options),
         bent=search.present.bent,
         drive=search.present.drive,
-        steps=tuple(search.steps),
+        accepted=tuple(search.accepted),
         candidates=ranking(search),
         rest=rest,
         fingerprint=fingerprint if verdict == "unexplained" else "",

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an effect is worth on data that it was not fitted to.
 
-Runs held out by the user decide. Without any, each run is left out in turn, and the model is refitted to the others;
-with a single run, blocks of it are left out.
+Runs held out by the user decide. Without any, each run is left out in turn, and the model is refitted to the others.
+With a single run, and where something differs from run to run, blocks of every run are left out: what a run has of its
+own only the rest of that run can tell.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Final, Literal
 
 import numpy as np
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 LeftOut = Literal["test runs", "each run in turn", "each block in turn"]
 
 BLOCKS: Final = 5
-"""Blocks into which a single run is divided."""
+"""Blocks into which a run is divided."""
 ITERATIONS: Final = 15
 TOLERANCE: Final = 1e-4
 """Of the refits without a run: they begin at the optimum of all runs, close to their own."""
@@ -35,7 +35,7 @@ class HeldOut:
     """Errors of data left out.
 
     how : what was left out.
-    names : of the runs, or of the blocks of one run.
+    names : of the runs, or of the blocks.
     errors : without and with the effect.
     """
 
@@ -59,59 +59,58 @@ class DataLeftOut:
 
     def __init__(self, judged: JudgedRuns, tests: JudgedRuns, progress: Progress) -> None:
         self.judged, self.tests, self.progress = judged, tests, progress
-        self._refits: dict[int, tuple[Problem, Sequence[Problem]]] = {}
+        self._refits: dict[tuple[int, LeftOut], tuple[Problem, Sequence[Problem]]] = {}
 
-    @property
-    def how(self) -> LeftOut:
-        """What can be left out."""
-        if self.tests.runs:
-            return "test runs"
-        return "each run in turn" if len(self.judged.runs) > 1 else "each block in turn"
+    def how(self, problem: Problem) -> LeftOut:
+        """What is left out to judge a problem."""
+        if problem.model.varies or (len(self.judged.runs) < 2 and not self.tests.runs):
+            return "each block in turn"
+        return "test runs" if self.tests.runs else "each run in turn"
 
-    @property
-    def names(self) -> tuple[str, ...]:
+    def names(self, how: LeftOut) -> tuple[str, ...]:
         """Of the runs or blocks left out."""
-        if self.how == "each block in turn":
-            return tuple(f"{self.judged.runs[0].name}, block {b + 1} of {BLOCKS}" for b in range(BLOCKS))
-        return tuple(run.name for run in (self.tests if self.how == "test runs" else self.judged).runs)
+        if how == "each block in turn":
+            one = f"{self.judged.runs[0].name}, " if len(self.judged.runs) == 1 else ""
+            return tuple(f"{one}block {b + 1} of {BLOCKS}" for b in range(BLOCKS))
+        return tuple(run.name for run in (self.tests if how == "test runs" else self.judged).runs)
 
     def errors(self, stage: StageProblem, with_it: Problem, effect: str) -> HeldOut:
         """Errors of a stage without and with an effect, refitted without what is left out."""
-        without = stage.fit.problem
-        if self.how == "test runs":
+        without, how = stage.fit.problem, self.how(with_it)
+        if how == "test runs":
             errors = self.tests.pair(without.model, with_it.model, stage.drive, stage.channels)
-        elif self.how == "each run in turn":
+        elif how == "each run in turn":
             errors = self._runs(stage, with_it, effect)
         else:
-            before = _errors_of_blocks(without, self._refitted(without, "as it is"))
-            after = _errors_of_blocks(with_it, self._refitted(with_it, f"with {effect}"))
+            before = _errors_of_blocks(without, self._refitted(without, how, "as it is"))
+            after = _errors_of_blocks(with_it, self._refitted(with_it, how, f"with {effect}"))
             errors = Pair(before, after, before, after)
-        return HeldOut(self.how, self.names, errors)
+        return HeldOut(how, self.names(how), errors)
 
     def _runs(self, stage: StageProblem, with_it: Problem, effect: str) -> Pair:
-        first = self._refitted(stage.fit.problem, "as it is")
-        second = self._refitted(with_it, f"with {effect}")
+        first = self._refitted(stage.fit.problem, "each run in turn", "as it is")
+        second = self._refitted(with_it, "each run in turn", f"with {effect}")
         pairs = [
             self.judged.only(i).pair(a.model, b.model, stage.drive, stage.channels)
             for i, (a, b) in enumerate(zip(first, second, strict=True))
         ]
         return sum(pairs[1:], pairs[0])
 
-    def _refitted(self, problem: Problem, label: str) -> Sequence[Problem]:
+    def _refitted(self, problem: Problem, how: LeftOut, label: str) -> Sequence[Problem]:
         """The problem refitted without each run, or each block, in turn."""
-        known = self._refits.get(id(problem))
+        known = self._refits.get((id(problem), how))
         if known is not None:
             return known[1]
-        if self.how == "each run in turn":
+        if how == "each run in turn":
             parts = [without_run(problem, i) for i in range(len(self.judged.runs))]
         else:
             parts = [_counting(problem, [1.0 - mask for mask in inside]) for inside in _blocks(problem)]
         found = [
             optimum(part, f"{label} without {name}", self.progress, ITERATIONS, TOLERANCE)
-            for part, name in zip(parts, self.names, strict=True)
+            for part, name in zip(parts, self.names(how), strict=True)
         ]
         # The problem is kept beside its refits, so that its id stays its own.
-        self._refits[id(problem)] = problem, found
+        self._refits[id(problem), how] = problem, found
         return found
 
 
@@ -129,16 +128,15 @@ def _errors_of_blocks(problem: Problem, refits: Sequence[Problem]) -> Misfit:
 
 
 def _blocks(problem: Problem) -> list[list[Floats]]:
-    """For each block and series: 1 for the samples (n,) inside, else 0."""
-    last = max(float(p.time_s[-1]) for p in problem.inputs)
-    ends = np.linspace(0.0, last, BLOCKS + 1)
-    ends[-1] = np.inf
-    return [[_inside(problem, series, begin, end) for series in problem.observed] for begin, end in pairwise(ends)]
+    """For each block and series: 1 for the samples (n,) inside, else 0. Every run is divided for itself."""
+    return [[_inside(problem, series, b) for series in problem.observed] for b in range(BLOCKS)]
 
 
-def _inside(problem: Problem, series: ObservedSeries, begin_s: float, end_s: float) -> Floats:
-    time = series.sampling(problem.inputs[series.run].time_s)
-    return np.where((time >= begin_s) & (time < end_s), 1.0, 0.0)
+def _inside(problem: Problem, series: ObservedSeries, block: int) -> Floats:
+    grid = problem.inputs[series.run].time_s
+    time = series.sampling(grid)
+    at = np.minimum((time / grid[-1] * BLOCKS).astype(np.intp), BLOCKS - 1)
+    return np.where(at == block, 1.0, 0.0)
 
 
 def _counting(problem: Problem, keep: Sequence[Floats]) -> Problem:

@@ -1,28 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forward and backward through the library, stage by stage: try the likeliest, keep what is worth having.
 
-The heat is searched first, on the temperature alone; then the deformation. The search of a stage ends when nothing
-more passes; then every accepted effect has to prove itself once more against the others.
+The heat is searched first, on the temperature alone; then the deformation. In each step the effects of the library
+compete with the parameters of the base model that may differ from run to run. The search of a stage ends when nothing
+more passes; then everything that was accepted has to prove itself once more beside the rest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
-from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, refit_stages, with_candidates
-from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, rises
+from lce_analysis.diagnosis.stage_problem import (
+    Data,
+    StagedFit,
+    StageProblem,
+    carried,
+    refit_stages,
+    with_candidates,
+)
+from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, on_data_left_out, rises
 from lce_analysis.diagnosis.trials import Trials
+from lce_analysis.diagnosis.variation import VariationTrial, base_parameters, best, try_variation, variation_trials
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.identify import fit as identify
+from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive
-from lce_analysis.prediction import simulation_input
+from lce_analysis.prediction import simulation_input, with_ambient_at_rest
 from lce_data.channels import SENSORS
 from lce_data.errors import LceError
 from lce_data.progress import Progress
 from lce_data.run import Run
-from lce_model import Model
+from lce_model import Model, Variation
 from lce_model.effects import Effect
 
 RESTARTS: Final = 2
@@ -34,31 +45,24 @@ BETTER: Final = 0.02
 
 
 @dataclass(frozen=True)
-class Step:
-    """One effect accepted.
+class _Change:
+    """One change of the model that was accepted.
 
-    trial : what was found in its stage.
-    alias_set : its name, and those of effects that explain the same.
     without, with_it : the model refitted without and with it, all stages.
     train : errors of these two on the runs; held_out : on what was left out.
+    trial : what was found in its stage.
     """
 
-    trial: Trial
-    alias_set: tuple[str, ...]
     without: StagedFit
     with_it: StagedFit
     train: tuple[Misfit, Misfit]
     held_out: HeldOut
-
-    @property
-    def added(self) -> str:
-        """Name of the effect."""
-        return self.trial.effect.name
+    trial: Trial | VariationTrial
 
     @property
     def predicted_reduction(self) -> float:
-        """Share of the error above the noise, in the sensors of its stage, that the score test promised."""
-        return self.trial.score.predicted_reduction
+        """Share of the error above the noise, in the sensors of its stage, that was promised before the refit."""
+        return self.trial.predicted_reduction
 
     @property
     def actual_reduction(self) -> float:
@@ -66,12 +70,57 @@ class Step:
         return reduction(*self.train, self.trial.stage.channels)
 
 
+@dataclass(frozen=True)
+class VariationStep(_Change):
+    """One parameter found to differ from run to run."""
+
+    trial: VariationTrial
+
+    @property
+    def key(self) -> str:
+        """TERM.PARAM of the parameter."""
+        return self.trial.key
+
+    @property
+    def label(self) -> str:
+        """What was changed."""
+        return f"{self.key} by run"
+
+    @property
+    def alias_set(self) -> tuple[str, ...]:
+        """What was changed; nothing is known to look like it."""
+        return (self.label,)
+
+
+@dataclass(frozen=True)
+class Step(_Change):
+    """One effect accepted; ``alias_set`` is its name, and those of effects that explain the same."""
+
+    trial: Trial
+    alias_set: tuple[str, ...]
+
+    @property
+    def added(self) -> str:
+        """Name of the effect."""
+        return self.trial.effect.name
+
+    @property
+    def label(self) -> str:
+        """What was changed."""
+        return self.added
+
+
+Accepted = Step | VariationStep
+"""A change of the model that was accepted."""
+
+
 class Search:
     """The present model beside the runs, and what has been accepted so far.
 
     base, present : the model refitted without any addition, and with what has been accepted.
-    steps : what has been accepted, in its order.
+    accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
     trials : what is known of every candidate.
+    varied : the latest trial of each parameter that might differ from run to run.
     """
 
     def __init__(
@@ -86,15 +135,27 @@ class Search:
         if not runs:
             raise LceError("no runs to diagnose")
         check_runs(model, runs)
+        model = with_ambient_at_rest(model, runs)
         self.options, self.progress, self.candidates = options, progress, tuple(candidates)
         self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
         self.coarse = self.data.coarse
         self.tests = JudgedRuns.of(test_runs)
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.trials = Trials(len(self.candidates), self.left_out, options, progress)
-        self.steps: list[Step] = []
+        self.accepted: list[Accepted] = []
+        self.varied: dict[str, VariationTrial] = {}
         self.present = self._refitted(model)
         self.base = self._no_worse(model, self._refitted(self.present.model, every_sample=True))
+
+    @property
+    def steps(self) -> list[Step]:
+        """The effects accepted."""
+        return [a for a in self.accepted if isinstance(a, Step)]
+
+    @property
+    def variations(self) -> list[VariationStep]:
+        """The parameters found to differ from run to run."""
+        return [a for a in self.accepted if isinstance(a, VariationStep)]
 
     def run(self) -> None:
         """Search the heat, then the deformation, then look back."""
@@ -103,7 +164,7 @@ class Search:
         self._backward()
         self._finish()
         while self.steps and not _helped(self.steps[-1], self.options):
-            self._drop_last("worse")
+            self._drop(self.steps[-1], "worse")
             self._finish()
 
     def force(self, effect: Effect) -> Step:
@@ -121,6 +182,17 @@ class Search:
             step = replace(step, trial=replace(trial, objection="worse"))
         return step
 
+    def varies(self) -> dict[str, Variation]:
+        """What differs from run to run in the present model, with standard errors of the values of each run."""
+        found = dict(self.present.model.varies)
+        for stage in (*self.present.heat[:1], self.present.deformation):
+            if stage is not None and stage.fit.problem.varying:
+                problem = with_run_errors(stage.fit.problem)
+                keys = {problem.model.values[problem.free[j]].key for j in problem.varying}
+                # The part that has the last word on a parameter knows its error.
+                found |= {key: v for key, v in problem.model.varies.items() if key in keys}
+        return found
+
     def misfit(self, model: Model, drive: Drive, judged: JudgedRuns | None = None) -> Misfit:
         """Errors of a model simulated beside the runs, or others."""
         return (self.data.judged if judged is None else judged).misfit(self.whole(model), drive)
@@ -129,17 +201,70 @@ class Search:
         """The model with all candidates at their null values, where they change nothing: it is compiled already."""
         return with_candidates(model, self.candidates)
 
+    def force_variation(self, key: str) -> VariationStep:
+        """Let this parameter differ from run to run, whatever the data say of it; see :meth:`force`."""
+        stages = [s for s in (*self._stages(heat=True), *self._stages(heat=False)) if key in base_parameters(s)]
+        if not stages:
+            raise LceError(f"{key}: not a free parameter of the base model that these runs measure")
+        trial = try_variation(stages[0], key, self.left_out, self.options, self.progress)
+        self._accept(self._variation_step(trial))
+        self._finish()
+        (step,) = self.variations
+        return step
+
     def _forward(self, heat: bool) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
-        began = len(self.steps)
+        began = len(self.accepted)
         while len(self.steps) < self.options.max_effects:
-            trials = self.trials.judged(self._tried(heat))
-            step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
-            if step is None:
+            found = self._next(heat)
+            if found is None:
                 break
-            self._accept(step)
-        while len(self.steps) > began and not _explains(self.steps[-1], self.options):
-            self._drop_last("part")
+            self._accept(found)
+        self._prune(began)
+        while self._effects_since(began) and not self._explained(self._effects_since(began)[-1]):
+            self._drop(self._effects_since(began)[-1], "part")
+            self._prune(began)
+
+    def _effects_since(self, began: int) -> list[Step]:
+        return [a for a in self.accepted[began:] if isinstance(a, Step)]
+
+    def _next(self, heat: bool) -> Accepted | None:
+        """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error."""
+        trials = self.trials.judged(self._tried(heat))
+        step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
+        varied = [
+            t for s in self._stages(heat)[:1] for t in variation_trials(s, self.left_out, self.options, self.progress)
+        ]
+        self.varied |= {trial.key: trial for trial in varied}
+        variation = best(varied)
+        if variation is None or (step is not None and step.trial.gain >= variation.gain):
+            return step
+        return self._variation_step(variation)
+
+    def _variation_step(self, trial: VariationTrial) -> VariationStep:
+        found = trial.fit.problem.model
+        model = carried(self.present.model.varying({**self.present.model.varies, trial.key: Variation()}), found)
+        after = self._refitted(model)
+        train, held_out = self._between(self.present, after, trial.held_out, after.drive)
+        return VariationStep(self.present, after, train, held_out, trial)
+
+    def _prune(self, began: int) -> None:
+        """Take back what differs from run to run only because an effect was still missing.
+
+        A run that does not begin at the ambient temperature of all has a start of its own. Where it has an ambient
+        temperature of its own instead, taking that back makes nothing simpler, and it stays.
+        """
+        for step in [a for a in self.accepted[began:-1] if isinstance(a, VariationStep)]:
+            without = self._refitted(_without_variation(self.present.model, step.key))
+            part = step.trial.stage.part
+            old, new = without.stage(part), self.present.stage(part)
+            if old is None or new is None or old.fit.free >= new.fit.free:
+                continue
+            errors = self.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
+            if not on_data_left_out(step.trial.stage, errors, self.options):
+                continue
+            self.varied[step.key] = replace(step.trial, objection="less")
+            self._take_out(step, without, partial(_without_variation, key=step.key))
 
     def _tried(self, heat: bool) -> list[Trial]:
         """Trials of one part of the model; the base moves first where they show a better minimum."""
@@ -163,8 +288,21 @@ class Search:
         best = surprising[0]
         values = [v for v in best.fit.problem.model.values if v.term != best.effect.name]
         start = self.present.model.set({v.key: v.value for v in values if v.key in self.present.model})
+        start = start.varying({**start.varies, **best.fit.problem.model.varies})
         found = self._refitted(start)
         return found if found.error < self.present.error * (1.0 - BETTER) else None
+
+    def _explained(self, last: Step) -> bool:
+        """Does the last effect take most of what would be left without it?
+
+        Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
+        """
+        if not self.present.model.varies:
+            errors = last.held_out.errors
+            return _explains(last, errors.judged_before, errors.judged_after, self.options)
+        without = self._refitted(self.present.model.without(last.trial.effect.reference))
+        before, after = (self.misfit(fit.model, self.present.drive) for fit in (without, self.present))
+        return _explains(last, before, after, self.options)
 
     def _backward(self) -> None:
         """Take out what later additions have made superfluous."""
@@ -174,21 +312,30 @@ class Search:
             before, after = (self.misfit(fit.model, self.present.drive) for fit in (without, self.present))
             if any(before.mean_square(c) - after.mean_square(c) >= self.options.worth_noise for c in before.total):
                 continue
-            place = self.steps.index(step)
-            earlier, later = self.steps[:place], self.steps[place + 1 :]
-            fits = [*(self._refitted(s.with_it.model.without(reference)) for s in later[:-1]), without]
-            self.steps = [*earlier, *(replace(s, with_it=fit) for s, fit in zip(later, fits, strict=True))]
             self.trials.reject(step.trial, "less")
-            self.present = without
+            self._take_out(step, without, partial(Model.without, effect=reference))
+
+    def _take_out(self, step: Accepted, present: StagedFit, change: Callable[[Model], Model]) -> None:
+        """Go on without a step that was accepted; ``present`` is what all the others give."""
+        place = self.accepted.index(step)
+        earlier, later = self.accepted[:place], self.accepted[place + 1 :]
+        fits = [*(self._refitted(change(s.with_it.model)) for s in later[:-1]), present] if later else []
+        before = [step.without, *fits[:-1]][: len(later)]
+        self.accepted = [
+            *earlier,
+            *(replace(s, without=a, with_it=b) for s, a, b in zip(later, before, fits, strict=True)),
+        ]
+        self.present = present
 
     def _finish(self) -> None:
         """Refit what was accepted on every sample, and tell every step between the models that this gives."""
-        fits = [self.base, *(self._refitted(step.with_it.model, every_sample=True) for step in self.steps)]
+        fits = [self.base, *(self._refitted(a.with_it.model, every_sample=True) for a in self.accepted)]
         self.present = fits[-1]
-        self.steps = [
-            self._step_between(step.trial, step.alias_set, without, with_it, self.present.drive)
-            for step, without, with_it in zip(self.steps, fits[:-1], fits[1:], strict=True)
-        ]
+        told: list[Accepted] = []
+        for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):
+            train, held_out = self._between(without, with_it, accepted.held_out, self.present.drive)
+            told.append(replace(accepted, without=without, with_it=with_it, train=train, held_out=held_out))
+        self.accepted = told
 
     def _refitted(self, model: Model, every_sample: bool = False) -> StagedFit:
         """The model refitted stage by stage, beside it the candidates that it lacks; a search takes a coarser grid."""
@@ -216,11 +363,11 @@ class Search:
 
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
         found = trial.fit.problem.model
-        model = self.present.model.add(trial.effect.reference)
-        after = self._refitted(model.set({v.key: found[v.key] for v in model.values if v.key in found}))
+        after = self._refitted(carried(self.present.model.add(trial.effect), found))
         if trial.stage.part != "heat" and after.worst > self.options.near:
             after, trial = self._searched_anew(after, trial)
-        return self._step_between(trial, alias_set, self.present, after, after.drive)
+        train, held_out = self._between(self.present, after, trial.held_out, after.drive)
+        return Step(self.present, after, train, held_out, trial, alias_set)
 
     def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
         """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""
@@ -231,36 +378,41 @@ class Search:
         problem = anew.deformation.fit.problem
         return anew, replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))
 
-    def _step_between(
-        self, trial: Trial, alias_set: tuple[str, ...], without: StagedFit, with_it: StagedFit, drive: Drive
-    ) -> Step:
-        """A step with its errors, the deformation driven in the same way without and with the effect."""
+    def _between(
+        self, without: StagedFit, with_it: StagedFit, held_out: HeldOut | None, drive: Drive
+    ) -> tuple[tuple[Misfit, Misfit], HeldOut]:
+        """Errors of two models on the runs and on what was left out, the deformation driven in the same way."""
         train = self.misfit(without.model, drive), self.misfit(with_it.model, drive)
-        held_out = trial.held_out
         assert held_out is not None
-        if self.tests.runs:
+        if held_out.how == "test runs":
             models = self.whole(without.model), self.whole(with_it.model)
             held_out = replace(held_out, errors=self.tests.pair(*models, drive, SENSORS))
-        return Step(trial, alias_set, without, with_it, train, held_out)
+        return train, held_out
 
-    def _accept(self, step: Step) -> None:
-        self.steps.append(step)
+    def _accept(self, step: Accepted) -> None:
+        self.accepted.append(step)
         self.present = step.with_it
 
-    def _drop_last(self, reason: Objection) -> None:
-        step = self.steps.pop()
-        self.present = step.without
+    def _drop(self, step: Step, reason: Objection) -> None:
+        """Take back an effect, refitting what was accepted after it."""
+        reference = step.trial.effect.reference
+        last = step is self.accepted[-1]
+        present = step.without if last else self._refitted(self.present.model.without(reference))
         self.trials.reject(step.trial, reason)
+        self._take_out(step, present, partial(Model.without, effect=reference))
 
 
-def _explains(last: Step, options: DiagnoseOptions) -> bool:
+def _without_variation(model: Model, key: str) -> Model:
+    return model.varying({k: v for k, v in model.varies.items() if k != key})
+
+
+def _explains(last: Step, before: Misfit, after: Misfit, options: DiagnoseOptions) -> bool:
     """Does the last effect of a part of the model take most of what was left of the error of a sensor?
 
     If not, it stands in for something else, that the library or the base model lacks. Where the heat is not explained,
     and the measured temperature drives the deformation, the effect has to bring the displacement near its noise.
     """
     driven = last.trial.stage.drive == "measured"
-    before, after = last.held_out.errors.judged_before, last.held_out.errors.judged_after
     for channel in (c for c in last.trial.stage.channels if c in before.total):
         fall = before.mean_square(channel) - after.mean_square(channel)
         close = after.mean_square(channel) <= options.near**2

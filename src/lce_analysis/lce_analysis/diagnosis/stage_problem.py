@@ -23,7 +23,7 @@ from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
 from lce_analysis.identification.stages import acts_back, acts_on_temperature, thermal_stage
 from lce_analysis.options import DiagnoseOptions, Drive
-from lce_analysis.prediction import MECHANICAL, SimulationInput, measured_drive
+from lce_analysis.prediction import MECHANICAL, SimulationInput, measured_drive, model_of_run
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.progress import Progress
 from lce_model import Model
@@ -75,6 +75,12 @@ class StagedFit:
         """What drives the deformation."""
         return "model" if self.deformation is None else self.deformation.drive
 
+    def stage(self, part: Part) -> StageProblem | None:
+        """The problem by which a part of the model is judged; None if it is not."""
+        if part == "heat":
+            return self.heat[0] if self.heat else None
+        return self.deformation
+
     @property
     def mean_squares(self) -> dict[Channel, float]:
         """Mean squared error of each sensor, by the problem that has the last word on it."""
@@ -116,7 +122,10 @@ class Data:
     def driven_by_measurement(self, model: Model, starts_k: Floats) -> "Data":
         """The runs, their deformation driven by the measured temperature, smoothed around the model's."""
         return replace(
-            self, inputs=tuple(measured_drive(p, model, float(starts_k[i])) for i, p in enumerate(self.inputs))
+            self,
+            inputs=tuple(
+                measured_drive(p, model_of_run(model, p.run), float(starts_k[i])) for i, p in enumerate(self.inputs)
+            ),
         )
 
 
@@ -125,12 +134,13 @@ def with_candidates(model: Model, candidates: Sequence[Effect]) -> Model:
 
     All stages but the heat alone use the same one, so that it is compiled once.
     """
-    return reduce(Model.add, [e.reference for e in candidates if e.reference not in model.effects], model)
+    return reduce(Model.add, [e for e in candidates if e.reference not in model.effects], model)
 
 
 def carried(model: Model, values: Model) -> Model:
-    """The model with the values of another one, where they have a parameter in common."""
-    return model.set({v.key: v.value for v in values.values if v.key in model and v.value != model[v.key]})
+    """The model with the values of another one, where they have a parameter in common, those of single runs too."""
+    shared = model.set({v.key: v.value for v in values.values if v.key in model and v.value != model[v.key]})
+    return shared.varying({**model.varies, **{key: v for key, v in values.varies.items() if key in model}})
 
 
 def refit_stages(

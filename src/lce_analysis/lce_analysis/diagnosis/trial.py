@@ -60,6 +60,11 @@ class Trial:
         return self.fit.problem.model[self.effect.strength_key]
 
     @property
+    def predicted_reduction(self) -> float:
+        """Share of the error above the noise that the score test promised."""
+        return self.score.predicted_reduction
+
+    @property
     def reduction(self) -> float:
         """Share of the error above the noise that went in the refit, all sensors with the same weight."""
         return reduction_of(self.stage.fit.mean_squares, self.fit.mean_squares)
@@ -110,21 +115,23 @@ def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection
         return "masked"
     if trial.held_out is None:
         return ""
-    return _on_data_left_out(trial, trial.held_out, options)
+    found = on_data_left_out(trial.stage, trial.held_out, options)
+    if found or trial.strengths is None or agrees(trial, trial.strengths, options):
+        return found
+    return "varies"
 
 
-def _on_data_left_out(trial: Trial, held_out: HeldOut, options: DiagnoseOptions) -> Objection:
+def on_data_left_out(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> Objection:
+    """Does the error of data left out rise, or hardly fall?"""
     before, after = held_out.errors.judged_before, held_out.errors.judged_after
-    if gets_worse(trial.stage, held_out, options):
+    if gets_worse(stage, held_out, options):
         return "worse"
     worth = any(
         before.mean_square(c) - after.mean_square(c) > options.worth_noise
         and share_removed(before, after, c) > options.worth_share
         for c in before.total
     )
-    if not worth:
-        return "small"
-    return "" if trial.strengths is None or agrees(trial, trial.strengths, options) else "varies"
+    return "" if worth else "small"
 
 
 def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> bool:

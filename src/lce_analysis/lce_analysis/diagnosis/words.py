@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lce_analysis.diagnosis.diagnosis import Diagnosis
-    from lce_analysis.diagnosis.search import Step
+    from lce_analysis.diagnosis.search import Step, VariationStep
+    from lce_model import Model
 
 
 PARTS: Final[Mapping[Part, str]] = {
@@ -60,7 +61,7 @@ def _on(held_out: HeldOut) -> str:
         return ", ".join(held_out.names)
     return {
         "each run in turn": "each run, left out in turn",
-        "each block in turn": "each block of the run, left out in turn",
+        "each block in turn": "each block of every run, left out in turn",
     }[held_out.how]
 
 
@@ -68,7 +69,8 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
     if found.verdict == "unexplained":
         yield f"Something is missing that the library does not hold: {found.fingerprint}."
     if found.verdict == "adequate":
-        yield f"Nothing is missing: the model leaves {_levels(found.train.misfit['before'])}."
+        nothing = "No effect is missing" if found.variations else "Nothing is missing"
+        yield f"{nothing}: the model leaves {_levels(found.train.misfit['after'])}."
     if found.verdict == "cannot_tell":
         yield (
             f"Something may be missing ({_levels(found.train.misfit['after'])}), but these data cannot tell what: "
@@ -77,6 +79,19 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
         )
     for step in found.steps:
         yield from _step(step)
+    for variation in found.variations:
+        yield _variation(variation, found.model)
+
+
+def _variation(step: VariationStep, model: Model) -> str:
+    """What differs from run to run, between which values, and what data left out say of it."""
+    value, by_run = model.values[model.index(step.key)], model.varies[step.key].by_run
+    low, high = (choose(by_run, key=lambda name: by_run[name].value) for choose in (min, max))
+    unit = "" if value.unit == "1" else f" {value.unit}"
+    return (
+        f"{step.key} ({value.parameter.description}) differs from run to run: {by_run[low].value:.4g}{unit} in {low} "
+        f"to {by_run[high].value:.4g}{unit} in {high}; {outcome(step.held_out, '')}."
+    )
 
 
 def _step(step: Step) -> Iterator[str]:

@@ -1,48 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Are these runs of one strip under one laser? Each run is fitted alone, before all of them share one parameter set."""
+"""Does one value serve all runs? After a fit, each parameter of the base model is asked what a value for each run takes.
 
-from collections.abc import Sequence
-from statistics import median
-from typing import Final
+The same promise begins the trials of :mod:`lce_analysis.diagnosis.variation`; here nothing is refitted.
+"""
 
-from lce_analysis.identification.identify import fit_each
+from lce_analysis.identification.problem import Problem
+from lce_analysis.identification.random_effects import gain_by_run
 from lce_analysis.options import FitOptions
-from lce_analysis.prediction import excited
-from lce_data.progress import Progress
-from lce_data.run import Run
-from lce_model import Model, default_model
-
-COMPARED: Final = {"lumped.gain": "K/W", "lumped.tau": "s"}
+from lce_model.effects import library
 
 
-def outlier_runs(runs: Sequence[Run], progress: Progress, options: FitOptions = FitOptions()) -> tuple[str, ...]:
-    """A sentence for each run whose own lumped thermal model differs from the others'; empty if they agree.
+def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str, ...]:
+    """A sentence if a value for each run of some parameter would take much of the squared error; else empty.
 
-    If two runs differ from each other, both are named: the data do not say which of them is the outlier.
+    ``problem`` stands at its least squares (:attr:`FitResult.problem`).
     """
-    comparable = [r for r in runs if r.power is not None and r.temperature is not None and excited(r, options)]
-    own_models = [found.model for found in fit_each(default_model("lumped", "none"), comparable, progress=progress)]
-    sentences = []
-    for i, run in enumerate(comparable):
-        others = [model for j, model in enumerate(own_models) if j != i]
-        if differing := [text for key in COMPARED if (text := _difference(own_models[i], others, key, options))]:
-            values = " and ".join(differing)
-            sentences.append(
-                f"{run.name} alone has {values}: is it of another strip, or does the model lack an effect?"
-            )
-    return tuple(sentences)
-
-
-def _difference(model: Model, others: Sequence[Model], key: str, options: FitOptions) -> str:
-    """The parameter of the model and of the others in words, if all determine it and it differs, else empty."""
-    known = [m[key] for m in others if _determines(m, key, options)]
-    if not known or not _determines(model, key, options):
-        return ""
-    if 1.0 / options.outlier_factor < model[key] / median(known) < options.outlier_factor:
-        return ""
-    return f"{key} = {model[key]:.3g} {COMPARED[key]} (the other runs {median(known):.3g})"
-
-
-def _determines(model: Model, key: str, options: FitOptions) -> bool:
-    value = model.values[model.index(key)]
-    return value.standard_error is not None and value.standard_error < options.outlier_error * value.value
+    if len(problem.inputs) < 2:
+        return ()
+    variables = problem.first()
+    jacobian, residual = problem.jacobian(variables), problem.residuals(variables)
+    total = float(residual @ residual)
+    gains = {}
+    for j, i in enumerate(problem.free):
+        value = problem.model.values[i]
+        if value.term not in library() and value.key not in problem.model.varies:
+            gains[value.key] = gain_by_run(problem, jacobian, residual, j)
+    key = max(gains, key=lambda k: gains[k], default="")
+    if not key or gains[key] < options.differing * total:
+        return ()
+    return (
+        f"one value of {key} does not serve all runs: with a value for each about {gains[key] / total:.0%} of the "
+        f"squared error would go. Fit again with --varies {key}, or ask `lce diagnose` what differs and what is missing",
+    )

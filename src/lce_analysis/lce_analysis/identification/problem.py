@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from lce_analysis.identification.transformation import Transformation
-from lce_analysis.prediction import COLUMN, Sampling, SimulationInput, starts_at
+from lce_analysis.prediction import AMBIENT_KEY, COLUMN, Sampling, SimulationInput, ambient_at_rest, starts_at
 from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model, RunValue, Variation
 
@@ -124,7 +124,7 @@ class Problem:
         starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
         starts[..., list(self.free_starts)] = variables[..., k + self.offsets :]
         if self.at_ambient:
-            ambient = self.model.index("ambient.t_env")
+            ambient = self.model.index(AMBIENT_KEY)
             for i in self.at_ambient:
                 own = self.own(variables, i) if self.varying else free
                 starts[..., i] = (
@@ -325,10 +325,15 @@ def with_thermal_state(inputs: Sequence[SimulationInput]) -> tuple[int, ...]:
 
 
 def start_conditions(inputs: Sequence[SimulationInput], model: Model) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Runs with a start temperature of their own, and runs that start at the ambient temperature."""
+    """Runs with a start temperature of their own, and runs that start at the ambient temperature.
+
+    Where each run has an ambient temperature of its own, a run that shows no drift before the laser is on starts there.
+    """
     if model.thermal == "none":
         return (), ()
     measured = with_thermal_state(inputs)
-    ambients = [model.of_run(p.run.name, p.run.sha256)["ambient.t_env"] for p in inputs]
-    rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, ambients[i]))
+    if AMBIENT_KEY in model.varies:
+        rest = tuple(i for i, p in enumerate(inputs) if i not in measured or ambient_at_rest(p.run) is not None)
+    else:
+        rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, model[AMBIENT_KEY]))
     return tuple(i for i in measured if i not in rest), rest

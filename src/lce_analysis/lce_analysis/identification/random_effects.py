@@ -84,6 +84,24 @@ def with_run_errors(problem: Problem) -> Problem:
     return replace(problem, model=problem.model.varying(varies))
 
 
+def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, j: int) -> float:
+    """What the squared residual (N,) would fall by with a value for each run of the free parameter ``j``.
+
+    All is taken as linear, the other variables re-estimated; ``jacobian`` (N, variables) and ``residual`` are those at
+    the least squares of the problem.
+    """
+    run_of = np.concatenate([np.full(series.size, series.run) for series in problem.observed])
+    # The last run follows from the others and from the shared value.
+    apart = np.where(run_of[:, None] == np.arange(len(problem.inputs) - 1), jacobian[:, j, None], 0.0)
+    columns = np.column_stack([jacobian, apart])
+    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    with_it = np.linalg.lstsq(columns / norm, residual, rcond=1e-6)[0] / norm
+    without = np.linalg.lstsq(columns[:, : jacobian.shape[1]] / norm[: jacobian.shape[1]], residual, rcond=1e-6)[0]
+    rest = residual - columns @ with_it
+    before = residual - columns[:, : jacobian.shape[1]] @ (without / norm[: jacobian.shape[1]])
+    return max(0.0, float(before @ before - rest @ rest))
+
+
 def _covariance(problem: Problem, variables: Floats, variance: float) -> Floats:
     """Covariance of the variables if the residuals have this variance; what no sample depends on has none."""
     jacobian, places = problem.jacobian(variables), len(problem.free) + np.arange(problem.offsets)

@@ -61,8 +61,8 @@ def render_diagnosis(
     """
     every, held_out = [*runs, *test_runs], {run.name for run in test_runs}
     models = {"as given": found.given, "refitted": found.before}
-    if found.steps:
-        models["with the effects" if len(found.steps) > 1 else f"with {found.steps[0].added}"] = found.model
+    if found.accepted:
+        models["as changed" if len(found.accepted) > 1 else f"with {found.accepted[0].label}"] = found.model
     compared = {label: compare(model, every, CompareOptions(drive=found.drive)) for label, model in models.items()}
     tables = diagnosis_tables(found)
     sections = [
@@ -75,8 +75,8 @@ def render_diagnosis(
 
 
 def error_blocks(tables: DiagnosisTables) -> list[Block]:
-    """The errors of the three models, and what each addition did."""
-    return [tables.errors, *([tables.steps] if tables.steps else [])]
+    """The errors of the three models, what each change did, and what differs from run to run."""
+    return [tables.errors, *(table for table in (tables.steps, tables.varies) if table)]
 
 
 def candidates(tables: DiagnosisTables, leaders: Sequence[LeadingCandidate]) -> list[Block]:

@@ -67,6 +67,7 @@ def summary(diagnosis: Diagnosis, evidence: bool = False) -> str:
     parts = ["\n".join(diagnosis.sentences), as_text(tables.errors)]
     if tables.steps:
         parts.append(as_text(tables.steps))
+        parts += [as_text(tables.varies)] if tables.varies else []
         parts += [as_text(tables.strengths)] if tables.strengths else []
     if tables.ranking:
         parts.append(as_text(tables.ranking, without=(MEANING,)))

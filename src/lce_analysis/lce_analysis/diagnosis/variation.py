@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Does a parameter differ from run to run? Tried and judged like an effect, for every parameter of the base model.
+
+What it would take is read off the Jacobian: the column of a parameter, cut into one for each run. The few that promise
+most are refitted as random effects. Since no other run can say what a run's own value is, blocks within every run are
+left out in turn, and judged with the value that the rest of the run gives.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit, samples
+from lce_analysis.diagnosis.misfit import reduction_of
+from lce_analysis.diagnosis.stage_problem import StageProblem
+from lce_analysis.diagnosis.trial import Objection, on_data_left_out
+from lce_analysis.identification.parallel import each
+from lce_analysis.identification.problem import Problem, start_conditions
+from lce_analysis.identification.random_effects import gain_by_run, with_run_errors
+from lce_analysis.options import DiagnoseOptions
+from lce_analysis.prediction import AMBIENT_KEY, with_ambient_at_rest
+from lce_data.progress import Progress
+from lce_model import Variation
+from lce_model.effects import library
+
+Floats = NDArray[np.float64]
+
+REFITTED: Final = 3
+"""Parameters that are refitted in each step, those that promise most."""
+
+
+@dataclass(frozen=True)
+class VariationTrial:
+    """A parameter refitted with a value for each run.
+
+    predicted_gain, gain : of the squared error, in units of the noise.
+    fit : the refit, in whose model the parameter varies.
+    held_out : errors on blocks of every run, left out in turn; None if the trial ended before.
+    objection : why it is not worth having, "" if nothing speaks against it.
+    """
+
+    stage: StageProblem
+    key: str
+    predicted_gain: float
+    fit: LinearizedFit
+    gain: float
+    held_out: HeldOut | None = None
+    objection: Objection = ""
+
+    @property
+    def reduction(self) -> float:
+        """Share of the error above the noise that went in the refit, all sensors with the same weight."""
+        return reduction_of(self.stage.fit.mean_squares, self.fit.mean_squares)
+
+    @property
+    def predicted_reduction(self) -> float:
+        """The share that the Jacobian promised."""
+        return self.reduction * self.predicted_gain / self.gain if self.gain > 0.0 else 0.0
+
+
+def variation_trials(
+    stage: StageProblem, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress
+) -> list[VariationTrial]:
+    """The parameters of a stage that promise most if they differ from run to run, refitted and judged."""
+    problem = stage.fit.problem
+    if len(problem.inputs) < 2:
+        return []
+    least = options.promise * options.worth_noise * min(samples(problem.observed).values())
+    promised = {key: _promised(stage, key) for key in base_parameters(stage)}
+    keys = sorted((key for key, gain in promised.items() if gain > least), key=lambda key: -promised[key])[:REFITTED]
+    tasks = [partial(_refitted, stage, key, promised[key], options) for key in keys]
+    trials = each(tasks, "refits", progress)
+    return [_judged(trial, left_out, options) for trial in sorted(trials, key=lambda t: -t.gain)]
+
+
+def try_variation(
+    stage: StageProblem, key: str, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress
+) -> VariationTrial:
+    """One parameter, refitted and judged whatever it promises."""
+    trial = _judged(_refitted(stage, key, _promised(stage, key), options, progress), left_out, options)
+    if trial.held_out is None:
+        trial = replace(trial, held_out=left_out.errors(stage, trial.fit.problem, f"{key} of each run"))
+    return trial
+
+
+def _refitted(
+    stage: StageProblem, key: str, predicted: float, options: DiagnoseOptions, progress: Progress
+) -> VariationTrial:
+    problem = with_variation(stage.fit.problem, key)
+    fit = refit(problem, f"with {key} of each run", progress, options.iterations)
+    return VariationTrial(stage, key, predicted, fit, stage.fit.error - fit.error)
+
+
+def with_variation(problem: Problem, key: str) -> Problem:
+    """The problem in which a parameter has a value for each run.
+
+    Where it is the ambient temperature, a run that begins at rest begins at its own.
+    """
+    model = problem.model.varying({**problem.model.varies, key: Variation()})
+    varying = replace(problem, model=model, free=tuple(sorted({*problem.free, model.index(key)})))
+    if key != AMBIENT_KEY:
+        return varying
+    model = with_ambient_at_rest(model, [p.run for p in problem.inputs])
+    free_starts, at_ambient = start_conditions(problem.inputs, model)
+    return replace(varying, model=model, free_starts=free_starts, at_ambient=at_ambient)
+
+
+def _promised(stage: StageProblem, key: str) -> float:
+    """The gain that the Jacobian promises."""
+    problem = stage.fit.problem
+    place = problem.free.index(problem.model.index(key))
+    return gain_by_run(problem, stage.fit.jacobian, stage.fit.residual, place)
+
+
+def base_parameters(stage: StageProblem) -> list[str]:
+    """Free parameters of the base model in a stage that do not vary yet."""
+    problem = stage.fit.problem
+    values = [problem.model.values[i] for i in problem.free]
+    return [v.key for v in values if v.term not in library() and v.key not in problem.model.varies]
+
+
+def _judged(trial: VariationTrial, left_out: DataLeftOut, options: DiagnoseOptions) -> VariationTrial:
+    found = _objection(trial, options)
+    if found:
+        return replace(trial, objection=found)
+    errors = left_out.errors(trial.stage, trial.fit.problem, f"{trial.key} of each run")
+    trial = replace(trial, held_out=errors)
+    return replace(trial, objection=on_data_left_out(trial.stage, errors, options))
+
+
+def _objection(trial: VariationTrial, options: DiagnoseOptions) -> Objection:
+    """What speaks against it before anything is left out: no gain, or values alike as far as their errors can tell."""
+    if trial.gain <= 0.0:
+        return "null"
+    own = with_run_errors(trial.fit.problem).model.varies[trial.key].by_run.values()
+    values = np.array([x.value for x in own])
+    weights = np.array([(x.standard_error or math.inf) ** -2.0 for x in own])
+    q = float(np.sum(weights * (values - np.average(values, weights=weights)) ** 2)) if weights.any() else 0.0
+    candidates = max(len(base_parameters(trial.stage)), 1)
+    return "chance" if q <= float(chi2.isf(options.false_alarm / candidates, values.size - 1)) else ""
+
+
+def best(trials: Sequence[VariationTrial]) -> VariationTrial | None:
+    """The one that leaves least on data left out, of those against which nothing speaks."""
+    return min((t for t in trials if not t.objection), key=_left, default=None)
+
+
+def _left(trial: VariationTrial) -> float:
+    """Sum of the mean squared errors of all sensors on data left out."""
+    assert trial.held_out is not None
+    after = trial.held_out.errors.judged_after
+    return sum(after.mean_square(channel) for channel in after.total)
