@@ -54,6 +54,8 @@ def with_curves_guess(model: Model, lumped: Model, inputs: Sequence[SimulationIn
     top = max(float(run_input.power_w.max()) for run_input in inputs)
     tau, gain = lumped["lumped.tau"], lumped["lumped.gain"]
     guess = {"tau_1": tau, "tau_2": 0.05 * tau, "tau_3": 0.01 * tau, "tau_z": 0.04 * tau, "p_max": top, "w_max": top}
+    # A hundredth of a second, as printed, unless the power is known far more coarsely.
+    guess["sample_time"] = max(0.01, 0.1 * min(float(np.median(np.diff(i.time_s))) for i in inputs))
     for i in range(1, PIECES + 1):
         guess |= {f"phi_{i}": 1.0, f"psi_{i}": gain}
     changes = {f"hammerstein_wiener.{name}": x for name, x in guess.items()}

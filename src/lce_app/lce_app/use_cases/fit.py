@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import lce_analysis.identification as identification
 from lce_analysis.identification import FitResult
+from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.identification.bootstrap import Bootstrap, bootstrap
 from lce_analysis.identification.homogeneity import outlier_runs
+from lce_analysis.identification.judgement import ChannelJudgement, judge
 from lce_analysis.identification.profile import Profile, profiles
 from lce_analysis.options import FitOptions
 from lce_app.cluster import Cluster
@@ -55,6 +58,8 @@ class Options:
     search : of the identification itself: what drives the deformation, the seed, how long to search.
     per_run : fit one parameter set to each run instead of one to all of them.
     homogeneity : look for runs of another strip by fitting each alone; not done with ``per_run``.
+    judged : say where the model does not describe the data, and compare built-in models on data left out if so; with
+        ``per_run`` they are not compared.
     profile : compute the profile likelihood of every parameter, which takes minutes.
     bootstrap_draws : fits to resampled residuals; 0 for none.
     cluster : where fits run that do not depend on each other.
@@ -63,6 +68,7 @@ class Options:
     search: FitOptions = field(default_factory=FitOptions)
     per_run: bool = False
     homogeneity: bool = True
+    judged: bool = True
     profile: bool = False
     bootstrap_draws: int = 0
     cluster: Cluster = field(default_factory=Cluster)
@@ -70,10 +76,16 @@ class Options:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A fit, the file that holds its model, and the intervals that were asked for."""
+    """A fit, the file that holds its model, what is wrong with it, and the intervals that were asked for.
+
+    at_bounds : parameters that the search left at a bound.
+    judgements : channels that the model does not describe.
+    """
 
     result: FitResult
     file: Path
+    at_bounds: tuple[AtBound, ...] = ()
+    judgements: tuple[ChannelJudgement, ...] = ()
     profiles: tuple[Profile, ...] = ()
     bootstrap: Bootstrap | None = None
 
@@ -145,10 +157,11 @@ def fit(
         if options.homogeneity and not options.per_run and not interrupted:
             warnings += outlier_runs(runs, progress, options.search)
         files = [_named(out, run) for run in runs] if options.per_run else [out]
-        models = tuple(
-            _with_intervals(result, file, options, progress)
-            for result, file in zip(results, files, strict=False)  # fewer results than runs after Ctrl-C
-        )
+        pairs = list(zip(results, files, strict=False))  # fewer results than runs after Ctrl-C
+        models = tuple(_with_intervals(result, file, options, progress) for result, file in pairs)
+        for fitted in models:
+            save_model(fitted.result.model, fitted.file)
+        models = tuple(_judged(fitted, options, progress) for fitted in models)
     for fitted in models:
         save_model(fitted.result.model, fitted.file)
     return Fits(models, warnings)
@@ -201,6 +214,27 @@ def _results(model: Model, runs: Sequence[Run], options: Options, progress: Prog
 
 def _named(out: Path, run: Run) -> Path:
     return out.with_name(f"{out.stem}-{run.name}{out.suffix}")
+
+
+def _judged(fitted: FittedModel, options: Options, progress: Progress) -> FittedModel:
+    """The fit with what is wrong with it, in its record, too; Ctrl-C ends the search for it and leaves the fit."""
+    result = fitted.result
+    if result.interrupted:
+        return fitted
+    runs = [run_input.run for run_input in result.problem.inputs]
+    try:
+        fitted = replace(fitted, at_bounds=at_bounds(result.problem, progress))
+        if options.judged:
+            found = judge(result, runs, options.search, progress, compared=not options.per_run)
+            fitted = replace(fitted, judgements=found)
+    except KeyboardInterrupt:
+        pass
+    record = {
+        **result.model.fit,
+        "at_bounds": [bound.sentence for bound in fitted.at_bounds],
+        "not_described": [judgement.as_json() for judgement in fitted.judgements],
+    }
+    return replace(fitted, result=replace(result, model=replace(result.model, fit=MappingProxyType(record))))
 
 
 def _with_intervals(result: FitResult, file: Path, options: Options, progress: Progress) -> FittedModel:

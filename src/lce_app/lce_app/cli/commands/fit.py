@@ -88,11 +88,21 @@ def main(args: argparse.Namespace) -> int:
     for warning in fits.warnings:
         print(f"lce: {warning}", file=sys.stderr)
     for fitted in fits.models:
-        print("\n".join([_summary(fitted.result), *_intervals(fitted), "", str(fitted.file)]))
+        print("\n".join([_summary(fitted.result), *_faults(fitted), *_intervals(fitted), "", str(fitted.file)]))
     if fits.interrupted:
         print("lce: interrupted; the model file holds the best values so far", file=sys.stderr)
         return 130
     return 0
+
+
+def _faults(fitted: FittedModel) -> list[str]:
+    """Parameters at a bound, and what the model does not describe, as lines."""
+    lines = []
+    if fitted.at_bounds:
+        lines += ["", "At a bound:", *(f"- {bound.sentence}" for bound in fitted.at_bounds)]
+    for judgement in fitted.judgements:
+        lines += ["", *judgement.sentences]
+    return lines
 
 
 def _intervals(fitted: FittedModel) -> list[str]:
