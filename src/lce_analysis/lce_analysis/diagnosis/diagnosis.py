@@ -15,7 +15,7 @@ from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Accepted, Search, Step, VariationStep
 from lce_analysis.diagnosis.stage_problem import Part, StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
-from lce_analysis.diagnosis.trial import Objection
+from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.words import in_words
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
@@ -268,8 +268,14 @@ def _verdict(search: Search) -> Verdict:
         return "missing"
     if search.present.worst <= search.options.explained:
         return "adequate"
-    doubtful = any(t.objection in DOUBTFUL and t.reduction >= search.options.most for t in search.trials.tried.values())
-    return "cannot_tell" if doubtful else "unexplained"
+    return "cannot_tell" if any(_doubtful(t, search.options) for t in search.trials.tried.values()) else "unexplained"
+
+
+def _doubtful(trial: Trial, options: DiagnoseOptions) -> bool:
+    """Might the effect be there? It explains the runs, but not what was left out, or something else stands against it."""
+    if trial.objection == "part":
+        return trial.reduction >= options.nearly_all
+    return trial.objection in DOUBTFUL and trial.reduction >= options.most
 
 
 def _at_fault(base: StagedFit, options: DiagnoseOptions) -> Part | None:
