@@ -11,6 +11,7 @@ from lce_analysis.diagnosis.ranking import REASON
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.words import outcome
+from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.identification.result import FitResult
 from lce_analysis.options import DiagnoseOptions, FitOptions
 from lce_data.errors import LceError
@@ -35,6 +36,7 @@ class Addition:
     strength_by_run : strength that each run alone would want; None where it says nothing.
     objection : why the data do not confirm the effect, in words; empty if they do.
     train, test : errors of the three models on the runs, and on those held out.
+    at_bounds : parameters that the refit with the effect has left at a bound.
     """
 
     effect: str
@@ -48,6 +50,7 @@ class Addition:
     objection: str
     train: ErrorTable
     test: ErrorTable
+    at_bounds: tuple[AtBound, ...] = ()
 
     @property
     def confirmed(self) -> bool:
@@ -126,7 +129,15 @@ def add_effect(
         objection=objection,
         train=error_table(search, models, search.data.judged),
         test=error_table(search, models, search.tests),
+        at_bounds=_at_bounds(search),
     )
+
+
+def _at_bounds(search: Search) -> tuple[AtBound, ...]:
+    """Of the parameters of all stages; the part that has the last word on a parameter knows its bound."""
+    stages = [p for p in (*search.present.heat[:1], search.present.deformation) if p is not None]
+    found = [bound for stage in stages for bound in at_bounds(stage.fit.problem, search.progress)]
+    return tuple({bound.key: bound for bound in found}.values())
 
 
 def _recorded(model: Model, search: Search, runs: Sequence[Run], history: Sequence[Mapping[str, Any]]) -> Model:

@@ -68,4 +68,6 @@ def summary(found: Added) -> str:
             unit = "" if value.unit == "1" else f" {value.unit}"
             values.append(f"{value.key} = {value.value:.4g}{error}{unit}")
     parts = [as_text(tables.errors), "\n".join(values), as_text(tables.strengths), as_text(tables.history)]
+    if addition.at_bounds:
+        parts.append("\n".join(["At a bound:", *(f"- {bound.sentence}" for bound in addition.at_bounds)]))
     return "\n\n".join([addition.sentence, *parts])
