@@ -6,7 +6,7 @@ import pytest
 
 from lce_analysis.identification import FitResult, fit
 from lce_analysis.prediction import predict
-from lce_data.channels import DISPLACEMENT, TEMPERATURE
+from lce_data.channels import AMBIENT, DISPLACEMENT, LOAD, TEMPERATURE
 from lce_data.run import Run, Series
 from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, default_model, simulate
@@ -33,11 +33,15 @@ def _run(kind: str, strip: Model) -> Run:
     power = SHAPES[kind].power_w({name: (value,) for name, value in WAVES[kind].items()})
     time = np.arange(power.size) / RATE_HZ
     noise = np.random.default_rng(len(kind))
-    true = simulate(strip, time, power)
+    inputs = {LOAD: 0.05 + 0.03 * np.sin(time / 5.0), AMBIENT: 301.15 + 2.0 * np.sin(time / 15.0)}
+    true = simulate(strip, time, power, inputs=inputs)
     temperature = true.measured_temperature_k[::10] + CAMERA_K * noise.standard_normal(time[::10].size)
     displacement = true.measured_displacement_m + DISTANCE_M * noise.standard_normal(time.size)
     series = Series(time, power), Series(time[::10], temperature), Series(time, displacement)
-    return Run.of(kind, *series, sha256=kind)
+    run = Run.of(kind, *series, sha256=kind)
+    for channel, value in inputs.items():
+        run = run.with_series(channel, Series(time, value))
+    return run
 
 
 def _hidden(name: str) -> Model:

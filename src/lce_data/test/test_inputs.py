@@ -15,6 +15,7 @@ from lce_data.experiment_file import experiment_of
 from lce_data.read_runs import read_run
 from lce_data.run import Run, Series
 from lce_data.run_csv import write_run_csv
+from lce_data.topics import RECORDED
 from lce_data.units import KELVIN
 
 HUMIDITY = named_input("input_humidity")
@@ -67,6 +68,10 @@ def test_an_input_comes_out_of_a_bag(channel: Channel, tmp_path: Path) -> None:
     assert list(run.inputs) == [channel]
     np.testing.assert_allclose(run.inputs[channel].time_s, TIME_S[:5], atol=1e-6)
     np.testing.assert_allclose(run.inputs[channel].value, channel.recorded.to_si(20.0 + np.arange(5.0)))
+
+
+def test_the_recorder_records_them() -> None:
+    assert {channel.topic: channel.message for channel in INPUTS}.items() <= RECORDED.items()
 
 
 def test_inputs_of_another_namespace_are_none_of_the_strip(tmp_path: Path) -> None:

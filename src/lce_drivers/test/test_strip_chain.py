@@ -124,6 +124,18 @@ def test_the_strip_is_silent_until_it_has_found_a_laser(graph: Graph) -> None:
     assert len(truth) == 10
 
 
+def test_the_strip_carries_the_load_that_is_published(graph: Graph) -> None:
+    graph.add(Simulator, sim_time=True, set=["load_stretch.compliance=0.005"])
+    probe = graph.probe(sim_time=True)
+    probe.advertise(Float64, "laser/power")
+    loads, truth = probe.advertise(Float64, "load"), graph.collect(Float64, "sim/displacement", probe)
+    graph.lockstep(5)
+    before = truth.data[-1]
+    loads.publish(Float64(data=0.1))
+    graph.lockstep(5)
+    assert truth.data[-1] == pytest.approx(before - 5e-4, abs=1e-9)
+
+
 def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(graph: Graph) -> None:
     probe = graph.probe()
     graph.add(ThermalCamera)

@@ -12,6 +12,7 @@ from scipy.constants import Stefan_Boltzmann
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.signal import lsim
 
+from lce_data import channels
 from lce_model import Model, Trajectory, default_model, simulate
 from lce_model.deformation.equilibrium import EQUILIBRIUM
 from lce_model.effects import find, library
@@ -36,13 +37,17 @@ def strip() -> Model:
 
 STRIP = strip()
 BARE = simulate(STRIP, TIME, POWER)
+ROOM = 303.15 + 2.0 * np.sin(TIME / 7.0)
+FORCE = 0.05 + 0.03 * np.cos(TIME / 3.0)
+"""Temperature of the room [K] and load [N], for the effects that read them."""
 
 
 def effect(name: str, **values: float) -> Trajectory:
     """The strip with the effect at its typical strength and these values."""
     chosen = find(name)
     settings = {chosen.strength: chosen.typical} | values
-    return simulate(STRIP.set({f"{name}.{k}": v for k, v in settings.items()}), TIME, POWER)
+    inputs = {channels.AMBIENT: ROOM, channels.LOAD: FORCE}
+    return simulate(STRIP.set({f"{name}.{k}": v for k, v in settings.items()}), TIME, POWER, inputs=inputs)
 
 
 def order(temperature: float, spread: float = 0.0) -> float:
@@ -96,6 +101,28 @@ def temperature_of(run: Trajectory, expected: Floats) -> None:
 def test_ambient_drift() -> None:
     shift = 0.01 * (TIME - TAU * (1.0 - np.exp(-TIME / TAU)))
     temperature_of(effect("ambient_drift"), BARE.temperature_k + shift)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_room_temperature(share: float) -> None:
+    def slope(y: Floats, p: float, t: float) -> Floats:
+        surroundings = AMBIENT + share * (303.15 + 2.0 * np.sin(t / 7.0) - AMBIENT)
+        return np.array([(GAIN * p - (y[0] - surroundings)) / TAU])
+
+    temperature_of(effect("room_temperature", share=share), solved(slope, [AMBIENT + share * (ROOM[0] - AMBIENT)])[0])
+
+
+def test_load_shift() -> None:
+    shifted = BARE.temperature_k - 40.0 * (FORCE - 0.02)
+    expected = simulate(STRIP, TIME, None, temperature_k=shifted).displacement_m
+    found = effect("load_shift", f_ref=0.02)
+    close(found.displacement_m, expected, BARE.displacement_m)
+    np.testing.assert_array_equal(found.temperature_k, BARE.temperature_k)
+
+
+def test_load_stretch() -> None:
+    expected = BARE.displacement_m - 5e-3 * (FORCE - 0.02)
+    close(effect("load_stretch", f_ref=0.02).displacement_m, expected, BARE.displacement_m)
 
 
 def test_laser_saturation() -> None:

@@ -2,6 +2,10 @@
 """Node `simulator`: a strip that lives on the laser power it receives.
 
 Subscribes  laser/power       std_msgs/Float64, W
+            the topics of the optional inputs that effects of the model read, held until the next message:
+            ambient_temperature  sensor_msgs/Temperature, °C
+            load              std_msgs/Float64, N
+            input/NAME        std_msgs/Float64, what a user named
 Publishes   sim/TOPIC         for each sensor of lce_data.channels, in the message of its channel, 100 Hz: what a
                               sensor without noise would show. An effect of a sensor (a lag, a drift) belongs to the
                               model file; the sensor nodes add noise and rate alone.
@@ -15,11 +19,12 @@ It publishes once it has found a laser. Every step is as long as the node's cloc
 slows down nor hurries when ticks come late.
 """
 
+import functools
 import math
 import sys
 from typing import Any, Final
 
-from lce_data.channels import POWER, SENSORS
+from lce_data.channels import POWER, SENSORS, Channel
 from lce_data.settings import parse_settings
 from lce_data.topics import simulated_topic
 from lce_drivers.simulation.strip import Drive, strip_model
@@ -44,7 +49,8 @@ class Simulator(LceNode):
             lower=0.02, upper=10.0, read_only=True,
         )  # fmt: skip
         self._drive = Drive(timeout_s)
-        self._strip = Stepper(strip_model(model_file, parse_settings(settings)))
+        model = strip_model(model_file, parse_settings(settings))
+        self._strip = Stepper(model)
         self._strip.step(0.0, 0.0)
         self._sensors = [
             (channel, channel.output, self.advertise(message_class(channel), simulated_topic(channel)))
@@ -53,11 +59,18 @@ class Simulator(LceNode):
         ]
         self._laser_found = False
         self._power = self.listen(message_class(POWER), POWER.topic, self._take_power)
+        for channel in model.inputs:
+            self.listen(message_class(channel), channel.topic, functools.partial(self._take_input, channel))
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._report_state)
 
     def _take_power(self, message: Any) -> None:
         self._drive.put(from_message(POWER, message)[0], self.now_s())
+
+    def _take_input(self, channel: Channel, message: Any) -> None:
+        value, _ = from_message(channel, message)
+        if math.isfinite(value):
+            self._strip.set_inputs({channel: value})
 
     def _tick(self) -> None:
         # Nodes find each other pair by pair, seconds apart. The first sample of the strip means that it has found its
