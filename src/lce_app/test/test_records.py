@@ -36,7 +36,15 @@ LEADING = {
 }
 OLD = {"verdict": "missing", "sentences": ["creep is missing."], "added": ["creep"], "candidates": []}
 """As the version before wrote it."""
-TABLES = {"errors": TABLE, "steps": None, "strengths": None, "ranking": TABLE, "not_tried": "", "evidence": TABLE}
+TABLES = {
+    "errors": TABLE,
+    "steps": None,
+    "varies": None,
+    "strengths": None,
+    "ranking": TABLE,
+    "not_tried": "",
+    "evidence": TABLE,
+}
 DIAGNOSIS = {**OLD, "candidates": [CANDIDATE], "tables": TABLES, "leading": [LEADING]}
 DESIGN = {
     "between": ["creep", "phase_kinetics"],

@@ -78,7 +78,7 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
     return DiagnosisTables(
         errors=_errors(found),
         steps=_steps(found.accepted) if found.accepted else None,
-        varies=_varies(found.model) if found.model.varies else None,
+        varies=values_by_run(found.model) if found.model.varies else None,
         strengths=_strengths({c.effect: _by_run(c, found.runs) for c in leaders}) if leaders else None,
         ranking=_ranking(tried, found.steps) if tried else None,
         not_tried=f"Not tried, because they promised too little: {', '.join(others)}." if others else "",
@@ -129,6 +129,18 @@ def estimate(value: float, standard_error: float, unit: str = "1") -> str:
     digits = min(max(ten + 1 - math.floor(math.log10(standard_error)), 0), 8)
     scaled, error = (f"{x / 10.0**ten:.{digits}f}".replace("-", "−") for x in (value, standard_error))
     return f"{scaled} ± {error}{after}" if ten == 0 else f"({scaled} ± {error})e{ten}{after}"
+
+
+def values_by_run(model: Model) -> Table:
+    """What differs from run to run: a column for each parameter, a row for each run."""
+    values = {key: model.values[model.index(key)] for key in model.varies}
+    runs = dict.fromkeys(name for variation in model.varies.values() for name in variation.by_run)
+    rows = [(name, *(_own(variation.by_run.get(name)) for variation in model.varies.values())) for name in runs]
+    rows += [("another run", *(f"{value.value:.4g}" for value in values.values()))]
+    spreads = [v.spread for v in model.varies.values()]
+    rows += [("spread from run to run", *(NOTHING if x is None else f"{x:.2g}" for x in spreads))]
+    head = ("run", *(key if value.unit == "1" else f"{key} [{value.unit}]" for key, value in values.items()))
+    return Table("What differs from run to run, ± standard error", head, rows)
 
 
 def models_tried(model: Model) -> Table:
@@ -189,18 +201,6 @@ def _steps(steps: Sequence[Accepted]) -> Table:
     ]
     about = f"shares of the squared error above the noise; {WITHOUT_WITH}"
     return Table(f"What was added ({about})", head, rows)
-
-
-def _varies(model: Model) -> Table:
-    """A column for each parameter that differs from run to run, a row for each run."""
-    values = {key: model.values[model.index(key)] for key in model.varies}
-    runs = dict.fromkeys(name for variation in model.varies.values() for name in variation.by_run)
-    rows = [(name, *(_own(variation.by_run.get(name)) for variation in model.varies.values())) for name in runs]
-    rows += [("another run", *(f"{value.value:.4g}" for value in values.values()))]
-    spreads = [v.spread for v in model.varies.values()]
-    rows += [("spread from run to run", *(NOTHING if x is None else f"{x:.2g}" for x in spreads))]
-    head = ("run", *(key if value.unit == "1" else f"{key} [{value.unit}]" for key, value in values.items()))
-    return Table("What differs from run to run, ± standard error", head, rows)
 
 
 def _own(own: RunValue | None) -> str:

@@ -11,7 +11,6 @@ from pathlib import Path
 import lce_analysis.diagnosis as diagnosing
 from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.identification.bounds import bounded
-from lce_analysis.identification.homogeneity import outlier_runs
 from lce_analysis.options import DiagnoseOptions
 from lce_app.cluster import Cluster
 from lce_app.use_cases.loading import load_runs
@@ -31,23 +30,13 @@ class Options:
     diagnosis : when an effect counts as missing.
     effects : effect files of the user's own, candidates beside the library.
     bounds : of the search, by TERM.PARAM, narrower or wider than by default, of the model and of the candidates.
-    homogeneity : look for runs of another strip by fitting each alone.
     cluster : where fits run that do not depend on each other.
     """
 
     diagnosis: DiagnoseOptions = field(default_factory=DiagnoseOptions)
     effects: tuple[str, ...] = ()
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    homogeneity: bool = True
     cluster: Cluster = field(default_factory=Cluster)
-
-
-@dataclass(frozen=True)
-class Diagnosed:
-    """The diagnosis, and a sentence for each run that looks like another strip."""
-
-    diagnosis: Diagnosis
-    warnings: tuple[str, ...]
 
 
 DEFAULTS = Options()
@@ -62,7 +51,7 @@ def diagnose(
     report_file: Path | None = None,
     progress: Progress = silent,
     cancel: CancelToken | None = None,
-) -> Diagnosed:
+) -> Diagnosis:
     """Find which effect of the library, if any, a model lacks to explain runs.
 
     Parameters
@@ -77,8 +66,8 @@ def diagnose(
 
     Returns
     -------
-    Diagnosed
-        The verdict with its evidence, and warnings.
+    Diagnosis
+        The verdict with its evidence.
 
     Raises
     ------
@@ -89,7 +78,7 @@ def diagnose(
     --------
     >>> from pathlib import Path
     >>> found = diagnose([Path("runs/pulse")], Path("model.yaml"), [Path("runs/prbs")])  # doctest: +SKIP
-    >>> print(found.diagnosis.verdict)  # doctest: +SKIP
+    >>> print(found.verdict)  # doctest: +SKIP
     """
     progress = watched(progress, cancel)
     model, runs, test_runs = load_model(model_file), load_runs(run_files), load_runs(test_files)
@@ -97,10 +86,9 @@ def diagnose(
     model, candidates = bounded(model, effects, options.bounds)
     with options.cluster.used():
         diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)
-        warnings = outlier_runs(runs, progress) if options.homogeneity else ()
     report = render_diagnosis(diagnosis, runs, test_runs, options.diagnosis) if report_file else ""
     if json_file:
         write_atomically(json_file, json.dumps(diagnosis.as_json(), indent=1) + "\n")
     if report_file:
         write_atomically(report_file, report)
-    return Diagnosed(diagnosis, warnings)
+    return diagnosis

@@ -12,7 +12,7 @@ import lce_analysis.identification as identification
 from lce_analysis.identification import FitResult
 from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.identification.bootstrap import Bootstrap, bootstrap
-from lce_analysis.identification.homogeneity import outlier_runs
+from lce_analysis.identification.homogeneity import differing
 from lce_analysis.identification.judgement import ChannelJudgement, judge
 from lce_analysis.identification.profile import Profile, profiles
 from lce_analysis.options import FitOptions
@@ -22,7 +22,7 @@ from lce_app.use_cases.loading import load_runs
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
-from lce_model import Model, default_model, load_model, save_model
+from lce_model import Model, Variation, default_model, load_model, save_model
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class ModelChoice:
     settings : values to begin with, by TERM.PARAM, in the units of the model.
     ranges : bounds of the search, by TERM.PARAM.
     fixed : parameters that are not fitted.
+    varies : parameters with a value for each run.
     """
 
     thermal: str | None = None
@@ -47,6 +48,7 @@ class ModelChoice:
     settings: Mapping[str, float] = field(default_factory=dict)
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     fixed: tuple[str, ...] = ()
+    varies: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Options:
     ----------
     search : of the identification itself: what drives the deformation, the seed, how long to search.
     per_run : fit one parameter set to each run instead of one to all of them.
-    homogeneity : look for runs of another strip by fitting each alone; not done with ``per_run``.
+    homogeneity : say whether one value of a parameter serves all runs; not done with ``per_run``.
     judged : say where the model does not describe the data, and compare built-in models on data left out if so; with
         ``per_run`` they are not compared.
     profile : compute the profile likelihood of every parameter, which takes minutes.
@@ -155,7 +157,7 @@ def fit(
         results = _results(model, runs, options, progress)
         interrupted = any(result.interrupted for result in results)
         if options.homogeneity and not options.per_run and not interrupted:
-            warnings += outlier_runs(runs, progress, options.search)
+            warnings += differing(results[0].problem, options.search)
         files = [_named(out, run) for run in runs] if options.per_run else [out]
         pairs = list(zip(results, files, strict=False))  # fewer results than runs after Ctrl-C
         models = tuple(_with_intervals(result, file, options, progress) for result, file in pairs)
@@ -187,7 +189,8 @@ def choose_model(choice: ModelChoice, runs: Sequence[Run], start: Model | None =
     model = default_model(thermal, deformation) if start is None else start
     for effect in choice.effects:
         model = model.add(effect)
-    return model.configured(choice.settings).hold(choice.ranges).fix(choice.fixed), warnings
+    model = model.configured(choice.settings).hold(choice.ranges).fix(choice.fixed)
+    return model.varying({**model.varies, **{key: Variation() for key in choice.varies}}), warnings
 
 
 def _start_model(choice: ModelChoice) -> Model | None:

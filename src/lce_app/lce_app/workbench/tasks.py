@@ -29,13 +29,10 @@ def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, prog
     return fitting.fit(runs, out, fitting.ModelChoice(thermal, deformation), progress=progress).warnings
 
 
-def diagnose(
-    runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress
-) -> Sequence[str]:
-    """`lce diagnose`, its report beside ``out``; returns its warnings."""
+def diagnose(runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
+    """`lce diagnose`, its report beside ``out``."""
     found = diagnosing.diagnose(runs, model, test, report_file=out.with_suffix(".html"), progress=progress)
-    write_atomically(out, json.dumps(diagnosis_record(found.diagnosis)) + "\n")
-    return found.warnings
+    write_atomically(out, json.dumps(diagnosis_record(found)) + "\n")
 
 
 def add(effect: str, runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:

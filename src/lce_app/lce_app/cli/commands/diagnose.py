@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,9 +50,7 @@ def main(args: argparse.Namespace) -> int:
     options = Options(effects=tuple(args.effect), bounds=bounds(args), cluster=Cluster(args.backend, args.scheduler))
     with FitBar() as bar:
         found = diagnose(args.runs, args.model, args.test, options, args.json, args.report, bar)
-    for warning in found.warnings:
-        print(f"lce: {warning}", file=sys.stderr)
-    print(summary(found.diagnosis, args.evidence))
+    print(summary(found, args.evidence))
     print_files(args.json, args.report)
     return 0
 

@@ -40,6 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "beside it is wrong usage",
     )
     add_settings(parser, "TERM.PARAM=V", "start from this value")
+    parser.add_argument(
+        "--varies",
+        action="append",
+        default=[],
+        metavar="TERM.PARAM",
+        help="let this parameter differ from run to run (ambient.t_env, lumped.gain, …)",
+    )
     parser.add_argument("--fix", action="append", default=[], metavar="TERM.PARAM", help="do not fit this parameter")
     add_bounds(parser)
     parser.add_argument(
@@ -75,6 +82,7 @@ def main(args: argparse.Namespace) -> int:
         settings=settings(args),
         ranges=bounds(args),
         fixed=tuple(args.fix),
+        varies=tuple(args.varies),
     )
     options = Options(
         search=FitOptions(drive=args.drive, seed=args.seed),
@@ -118,6 +126,9 @@ def _intervals(fitted: FittedModel) -> list[str]:
 
 def _summary(result: FitResult) -> str:
     """Parameters with their standard errors, what is not determined, and the error of each run."""
+    from lce_app.cli.table import as_text
+    from lce_report.tables import values_by_run
+
     lines = []
     for v in result.model.values:
         if v.fixed:
@@ -129,6 +140,8 @@ def _summary(result: FitResult) -> str:
         else:
             note = "not determined"
         lines.append(f"{v.key:24s} {v.value:12.6g} {v.unit:5s} {note}")
+    if result.model.varies:
+        lines += ["", as_text(values_by_run(result.model))]
     if result.identifiability is not None:
         pairs = [f"{one} and {other} ({rho:+.3f})" for one, other, rho in result.identifiability.strong_correlations()]
         lines += ["", *([f"Strongly correlated: {', '.join(pairs)}."] if pairs else [])]
