@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -43,7 +43,7 @@ class DiagnosisTables:
     varies : the values of each run of what differs from run to run; None if nothing does.
     strengths : of the leading candidates, run by run; None if nothing was tried.
     ranking : the candidates that were tried, sorted by what decides; None if nothing was.
-    not_tried : the others, in a sentence; empty if there are none.
+    not_tried : the others, in sentences; empty if there are none.
     evidence : the score test of every candidate.
     """
 
@@ -81,13 +81,20 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
         varies=values_by_run(found.model) if found.model.varies else None,
         strengths=_strengths({c.effect: _by_run(c, found.runs) for c in leaders}) if leaders else None,
         ranking=_ranking(tried, found.steps) if tried else None,
-        not_tried=f"Not tried, because they promised too little: {', '.join(others)}." if others else "",
+        not_tried=" ".join(_not_tried(others, found.not_examined)),
         evidence=Table(
             "The score test of each effect, alone, before anything was refitted",
             ("effect", "stage", "evidence", "p", "visible", "expected strength", "would show from", "looks like"),
             [_evidence(c) for c in found.candidates],
         ),
     )
+
+
+def _not_tried(promised_little: Sequence[str], not_examined: Mapping[str, str]) -> Iterator[str]:
+    if promised_little:
+        yield f"Not tried, because they promised too little: {', '.join(promised_little)}."
+    if not_examined:
+        yield f"Not examined, because they read what not every run recorded: {', '.join(not_examined)}."
 
 
 def addition_tables(

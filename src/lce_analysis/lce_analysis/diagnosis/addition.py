@@ -13,6 +13,7 @@ from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.words import outcome
 from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.identification.result import FitResult
+from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, FitOptions
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -108,7 +109,11 @@ def add_effect(
     chosen = find(effect) if isinstance(effect, str) else effect
     if chosen.reference in model.effects:
         raise LceError(f"the model has {chosen.name} already")
-    others = [e for e in library().values() if e.name != chosen.name and e.reference not in model.effects]
+    every = [*runs, *test_runs]
+    if why := lacks(chosen, every):
+        raise LceError(why)
+    known = {chosen.name, *model.effect_names}
+    others = [e for e in library().values() if e.name not in known and not lacks(e, every)]
     search = Search(model, runs, test_runs, [chosen, *others], options, watched(progress, cancel))
     step = search.force(chosen)
     trial, after = step.trial, step.with_it.model

@@ -17,6 +17,7 @@ from lce_analysis.diagnosis.stage_problem import Part, StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.words import in_words
+from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
@@ -61,6 +62,7 @@ class Diagnosis:
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.
     candidates : one per effect of the library, sorted by what decides.
+    not_examined : the effects that read what these runs did not record, and which it is, in words.
     rest : what the residual still depends on, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
     train, test : the errors of the three models.
@@ -79,6 +81,7 @@ class Diagnosis:
     drive: Drive
     accepted: tuple[Accepted, ...]
     candidates: tuple[Candidate, ...]
+    not_examined: Mapping[str, str]
     rest: tuple[Dependence, ...]
     fingerprint: str
     train: ErrorTable
@@ -232,6 +235,8 @@ def diagnose(
     began = perf_counter()
     candidates = library().values() if effects is None else effects
     missing = [e for e in candidates if e.reference not in model.effects]
+    not_examined = {e.name: why for e in missing if (why := lacks(e, [*runs, *test_runs]))}
+    missing = [e for e in missing if e.name not in not_examined]
     search = Search(model, runs, test_runs, missing, options, watched(progress, cancel))
     search.run()
     rest, fingerprint = left_over(search.present, options)
@@ -250,6 +255,7 @@ def diagnose(
         drive=search.present.drive,
         accepted=tuple(search.accepted),
         candidates=ranking(search),
+        not_examined=not_examined,
         rest=rest,
         fingerprint=fingerprint if verdict == "unexplained" else "",
         train=train,
@@ -272,7 +278,7 @@ def _verdict(search: Search) -> Verdict:
 
 
 def _doubtful(trial: Trial, options: DiagnoseOptions) -> bool:
-    """Might the effect be there? It explains the runs, but not what was left out, or something else stands against it."""
+    """Might the effect be there? It explains the runs, but something stands against it, as data left out may."""
     if trial.objection == "part":
         return trial.reduction >= options.nearly_all
     return trial.objection in DOUBTFUL and trial.reduction >= options.most

@@ -40,6 +40,8 @@ RESTARTS: Final = 2
 """Times that a base caught in a poor minimum is refitted from elsewhere."""
 SURPRISE: Final = 1.5
 """A trial that gains so many times what was predicted may have left a poor minimum of the base."""
+SIMPLER: Final = 0.9
+"""An effect that takes this share of what a value for each run takes is preferred: it is one number, not as many."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
 
@@ -237,7 +239,7 @@ class Search:
         ]
         self.varied |= {trial.key: trial for trial in varied}
         variation = best(varied)
-        if variation is None or (step is not None and step.trial.gain >= variation.gain):
+        if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
         return self._variation_step(variation)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Does one value serve all runs? After a fit, each parameter of the base model is asked what a value for each run takes.
+"""Does one value serve all runs? After a fit: what would a value for each run take of the error?
 
 The same promise begins the trials of :mod:`lce_analysis.diagnosis.variation`; here nothing is refitted.
 """
@@ -30,5 +30,5 @@ def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str
         return ()
     return (
         f"one value of {key} does not serve all runs: with a value for each about {gains[key] / total:.0%} of the "
-        f"squared error would go. Fit again with --varies {key}, or ask `lce diagnose` what differs and what is missing",
+        f"squared error would go. Fit again with --varies {key}, or ask `lce diagnose` what differs",
     )
