@@ -139,7 +139,9 @@ def simulate(
     given = np.full((time.size, len(kernel.inputs)), np.nan)
     for k, channel in enumerate(kernel.inputs):
         if channel in inputs:
-            given[:, k] = _checked_input(np.broadcast_to(inputs[channel], time.shape), channel.name, time.size)
+            one_number = np.ndim(inputs[channel]) == 0
+            value = np.full(time.size, inputs[channel]) if one_number else inputs[channel]
+            given[:, k] = _checked_input(value, channel.name, time.size)
     start = math.nan if initial_temperature_k is None else float(initial_temperature_k)
     kernel.run(time, power, drive, given, start, deadband_k, model.vector, out)
     return Trajectory(time, {name: np.ascontiguousarray(out[:, i]) for i, name in enumerate(RECORDED)})

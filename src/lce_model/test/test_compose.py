@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lce_data.channels import named_input
 from lce_data.errors import LceError
 from lce_model.kernel.compose import compile_terms
 from lce_model.kernel.generate import RECORDED
 from lce_model.library import THERMAL, terms
-from lce_model.terms import Parameter, Term
+from lce_model.terms import Parameter, Term, inputs_of
 
 
 def constant_heating(heating: float, rate: float) -> float:
@@ -65,6 +66,15 @@ def test_a_term_that_asks_for_what_is_not_there_is_refused() -> None:
         Term("odd", "heat", "", (), ("colour",), constant_heating)
     with pytest.raises(LceError, match="has states memory but no start"):
         Term("odd", "heat", "", (), ("heating",), lambda heating: heating, states=("memory",))
+
+
+def test_a_term_reads_what_a_user_named_and_what_is_its_own_stays_its_own() -> None:
+    def humid(heating: float, input_humidity: float, input_gain: float) -> float:
+        return heating + input_gain * input_humidity
+
+    gain = Parameter("input_gain", "K/s", 0.0, -1.0, 1.0, "a test", "this test")
+    term = Term("humid", "heat", "", (gain,), ("heating",), humid)
+    assert inputs_of((term, EXTRA)) == (named_input("input_humidity"),)
 
 
 def test_parameters_check_themselves() -> None:

@@ -10,6 +10,7 @@ import hashlib
 import importlib.util
 import inspect
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable
@@ -53,6 +54,8 @@ class Kernel:
 
 
 SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)}
+_COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
+"""Numba colours its messages where colorama is installed."""
 
 
 def cache_folder() -> Path:
@@ -95,8 +98,9 @@ def _mistake(terms: tuple[Term, ...]) -> str:
                     tuple(float64[::1] if a in arrays else float64 for a in inspect.signature(function).parameters)
                 )
             except NumbaError as error:
-                told = (line for line in str(error).splitlines() if not line.startswith(("Failed in", "During:")))
-                return f"{where} cannot be compiled: {next(told, error)}"
+                plain = _COLOUR.sub("", str(error))
+                told = (line for line in plain.splitlines() if not line.startswith(("Failed in", "During:")))
+                return f"{where} cannot be compiled: {next(told, plain)}"
             given = compiled.nopython_signatures[0].return_type
             wanted = (*term.states, *term.outputs)
             values = getattr(given, "types", (given,))

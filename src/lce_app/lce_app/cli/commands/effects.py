@@ -29,6 +29,9 @@ The recorded temperature and displacement, the bench's sensors and `lce simulate
 `measured_displacement`, after the effects of the sensors. Where a measured temperature drives the deformation, effects
 of the heat balance have no say. One of your own is [a file of 20 lines](tutorial-own-effect.md).
 
+`room_temperature`, `load_shift` and `load_stretch` read what was measured beside the strip
+([physics.md](physics.md#room-and-load-inputs-that-a-run-may-have)). Runs without it leave them out, and it is said why.
+
 The ranges are those of a strip on this bench. `--bounds creep.tau_v=0.1,50000` widens or narrows one for `lce fit`,
 `lce add` and `lce diagnose`, and `bounds` in a model file does so for good; what is never negative stays so.
 
