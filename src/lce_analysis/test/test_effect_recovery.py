@@ -22,9 +22,14 @@ WAVES = {
 }
 STRONGER = {
     "clamp_conduction": {"clamp_conduction.conductance": 3e-4, "clamp_conduction.tau": 30.0},
-    "residual_strain": {"residual_strain.share": 0.02},
+    "residual_strain": {"residual_strain.share": 0.1, "residual_strain.saturation": 0.01},
 }
 """Where the typical strength takes longer runs than these to be told."""
+FIRST_VALUE = {
+    "displacement_clip": {"displacement_clip.inverse": 560.0},
+    "temperature_clip": {"temperature_clip.inverse": 0.019},
+}
+"""Where the null value has no slope to begin by: a sensor that ends beyond all that it sees."""
 MASKED = "emissivity_error"
 """The gain and every temperature of the model take its place."""
 
@@ -52,7 +57,7 @@ def _hidden(name: str) -> Model:
 
 def _fitted(name: str, runs: list[Run]) -> FitResult:
     """What a fit makes of the runs from the null value of the effect."""
-    return fit(STRIP.add(name), runs)
+    return fit(STRIP.add(name).set(FIRST_VALUE.get(name, {})), runs)
 
 
 @pytest.mark.parametrize("name", [name for name in library() if name != MASKED])

@@ -29,7 +29,7 @@ from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, observed_series, start_conditions, with_thermal_state
 from lce_analysis.identification.random_effects import settle
 from lce_analysis.identification.result import FitResult
-from lce_analysis.identification.stages import HEAT_STAGES, MECHANICAL_STAGES, thermal_stage
+from lce_analysis.identification.stages import MECHANICAL_STAGES, acts_on_temperature, thermal_stage
 from lce_analysis.inputs import check_inputs
 from lce_analysis.options import FitOptions
 from lce_analysis.prediction import (
@@ -163,8 +163,14 @@ class _Search:
 
     def _free(self, stages: Collection[Stage]) -> tuple[int, ...]:
         """Positions of the parameters to fit among those of the terms of some stages."""
-        stage_of = {t.name: t.stage for t in self.model.terms}
-        return tuple(i for i, v in enumerate(self.model.values) if not v.fixed and stage_of[v.term] in stages)
+        chosen = {t.name for t in self.model.terms if t.stage in stages}
+        return tuple(i for i, v in enumerate(self.model.values) if not v.fixed and v.term in chosen)
+
+    def _free_mechanical(self) -> tuple[int, ...]:
+        """The same of what is behind the temperature; a lag of the camera is found with the heat."""
+        camera = {t.name for t in self.model.terms if acts_on_temperature(t)}
+        values = self.model.values
+        return tuple(i for i in self._free(MECHANICAL_STAGES) if values[i].term not in camera)
 
     def _noise(self, channels: Collection[Channel]) -> dict[Channel, float]:
         """RMS noise of those channels that were measured."""
@@ -180,12 +186,12 @@ class _Search:
 
     def thermal(self) -> Problem | None:
         """Step 1; the best of several starts."""
-        free = self._free(HEAT_STAGES)
         observed = observed_series(self.inputs, self._noise([TEMPERATURE]))
+        alone = thermal_stage(self.model)
+        heat = {t.name for t in alone.terms if acts_on_temperature(t)}
+        free = tuple(i for i, v in enumerate(alone.values) if not v.fixed and v.term in heat)
         if self.model.thermal == "none" or not observed or not free:
             return None
-        if self.model.deformation == "none":
-            free = self._free(STAGES)  # with the lags of the sensor; elsewhere these come with the displacement
         best: tuple[Problem, Optimum] | None = None
         whole = self.model
         for guess in self._thermal_guesses():
@@ -206,7 +212,8 @@ class _Search:
         self.model = whole.set({v.key: v.value for v in self.model.values}).varying(
             {**whole.varies, **self.model.varies}
         )
-        return replace(best[0], model=self.model)
+        places = tuple(self.model.index(alone.values[i].key) for i in free)
+        return replace(best[0], model=self.model, free=places)
 
     def _thermal_guesses(self) -> Iterator[Model]:
         """Several time constants of a lumped model; a Hammerstein–Wiener model begins as the lumped one that fits."""
@@ -237,7 +244,7 @@ class _Search:
     def deformation(self) -> Problem | None:
         """Step 2, on a coarse grid."""
         sigma = self._noise([channel for channel in MECHANICAL if self.model.predicts(channel)])
-        free = self._free(MECHANICAL_STAGES)
+        free = self._free_mechanical()
         if self.model.deformation == "none" or not sigma or not free:
             return None
         full = self.driven_inputs()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The distance sensor ends: beyond the largest displacement that it can show it shows that one.
 
-d_meas = min(d, 1/k). The strength is k, one over the largest reading, so that none at all is k = 0.
+d_meas = min(d, 1/k). The strength is k, one over the largest reading, so that none at all is k = 0. It has
+no slope there: a fit needs a value to begin with, `--set displacement_clip.inverse=500`.
 
 In the residual: the tops of d are flat, at one and the same value.
 """

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera ends: beyond the highest temperature of its range it shows that one.
 
-T_meas = min(T, 0 °C + 1/k). The strength is k, one over the highest reading in °C, so that none at all is k = 0.
+T_meas = min(T, 0 °C + 1/k). The strength is k, one over the highest reading in °C, so that none at all is k = 0. It has
+no slope there: a fit needs a value to begin with, `--set temperature_clip.inverse=0.01`.
 
 In the residual: the tops of T are flat, at one and the same value. laser_saturation bends them smoothly.
 """
