@@ -27,7 +27,7 @@ from lce_model import default_model, load_model, save_model, simulate
 
 SCRIPT = Path(__file__).parents[2] / "src" / "lce_app" / "bin" / "lce"
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
-TABS = ("Runs", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
+TABS = ("Runs", "Import", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
 JOB_MS = 90_000
 CONTRAST = {"runOnly": ["color-contrast"]}
 
@@ -196,6 +196,27 @@ def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
         with page.expect_download() as download:
             figure.get_by_role("button", name=kind).first.click()
         assert Path(download.value.path()).read_bytes().startswith(begin)
+
+
+def test_a_foreign_file_becomes_a_run(tmp_path: Path) -> None:
+    t = np.arange(0.0, 60.0, 0.5)
+    warm = 22.0 + 30.0 * np.where(t < 30.0, 1.0 - np.exp(-t / 8.0), np.exp(-(t - 30.0) / 8.0))
+    rows = [
+        f"{a:g};{b:g};{c:.3f}".replace(".", ",") for a, b, c in zip(t, np.where(t < 30.0, 80.0, 0.0), warm, strict=True)
+    ]
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "day.csv").write_text("\n".join(["Time;Q1;T1", *rows]))
+    (tmp_path / "folder").mkdir()
+    with served(tmp_path / "folder") as (address, _), shown(address) as page:
+        tab(page, "Import")
+        with page.expect_file_chooser() as chooser:
+            page.get_by_role("button", name="File from elsewhere").click()
+        chooser.value.set_files(tmp_path / "elsewhere" / "day.csv")
+        expect(page.get_by_role("row", name="Q1")).to_contain_text("0 … 80", timeout=20_000)
+        drawn(page, "temperature")
+        picture(page, "7-import")
+        page.get_by_role("button", name="Import", exact=True).click()
+        expect(page.get_by_role("row", name="runs/day.csv")).to_contain_text("T at 2 Hz", timeout=20_000)
 
 
 def test_everybody_can_read_it(page: Page) -> None:

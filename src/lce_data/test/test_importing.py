@@ -224,3 +224,17 @@ def test_what_is_no_measurement_has_no_meaning(header: str) -> None:
 def test_a_symbol_only_suggests_what_a_column_is(header: str, channel: object) -> None:
     said = meaning(header)
     assert said is not None and said.quantity == getattr(channel, "name", "") and said.certain == (header == "temp")
+
+
+def test_the_room_the_load_and_inputs_of_ones_own_are_understood(tmp_path: Path) -> None:
+    columns = {
+        "time_s": TIME_S, "power_w": POWER_W, "temperature_k": WARM_K, "T_room [°C]": np.full(N, 22.5),
+        "load_g": np.full(N, 50.0), "fan": TIME_S,
+    }  # fmt: skip
+    recording = read_foreign(foreign(tmp_path / "x.csv", columns), [Pick.parse("input_fan=fan")])
+    assert recording.guesses == () and recording.left_out == ()
+    run = imported(recording, tmp_path / "runs")
+    by_name = {channel.name: series.value for channel, series in run.series.items()}
+    np.testing.assert_allclose(by_name["ambient"], 22.5 + KELVIN, atol=1e-6)
+    np.testing.assert_allclose(by_name["load"], 0.4903325)
+    np.testing.assert_allclose(by_name["input_fan"], TIME_S)

@@ -20,6 +20,7 @@ from lce_data.errors import LceError
 PERIOD_S: Final = 0.1
 TABS: Final = {
     "Runs": "runs",
+    "Import": "import_",
     "Compare": "compare",
     "Diagnose": "diagnose",
     "Add": "add",

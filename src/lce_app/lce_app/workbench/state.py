@@ -31,11 +31,12 @@ COMPARISONS: Final = 4
 
 @dataclass(frozen=True)
 class RunEntry:
-    """A file that may be a run: the run once it is read, or why it cannot be used."""
+    """A file that may be a run: the run once it is read and what looks wrong about it, or why it cannot be used."""
 
     path: Path
     run: Run | None = None
     error: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 class WorkbenchState:
@@ -282,8 +283,10 @@ class WorkbenchState:
 def _read(path: Path, name: str, folder: Path) -> RunEntry:
     """The run of a file, named after its place in the folder: two runs may have one name, in two folders."""
     from lce_data.read_runs import read_run
+    from lce_data.suspicions import suspicions
 
     try:
-        return RunEntry(path, replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap")))
+        run = replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap"))
+        return RunEntry(path, run, warnings=suspicions(run))
     except LceError as error:
         return RunEntry(path, error=str(error).replace(f"{folder}/", ""))

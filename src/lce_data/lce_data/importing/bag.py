@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lce_data.bag.reader import Messages, read_topics
 from lce_data.channels import TEMPERATURE
 from lce_data.errors import LceError
-from lce_data.importing.headers import SI_UNITS, TIME
+from lce_data.importing.headers import TIME, si_unit
 from lce_data.importing.plausible import Hints, likely_unit
 from lce_data.importing.recording import UNIT, Pick, Recording, Signal
 from lce_data.importing.units import CELSIUS, unit_and_sign
@@ -61,12 +61,12 @@ def read_bag_topics(path: Path, picks: Sequence[Pick]) -> Recording:
 
 def _signal(pick: Pick, type_name: str, time_s: Floats, value: Floats) -> Signal:
     if pick.unit:
-        unit, sign = unit_and_sign(SI_UNITS[pick.quantity], pick.unit)
+        unit, sign = unit_and_sign(si_unit(pick.quantity), pick.unit)
         return Signal(pick.quantity, pick.source, unit, sign, (), time_s, value)
     if type_name == TEMPERATURE.message and pick.quantity in ("temperature", "ambient"):  # which defines its unit
         return Signal(pick.quantity, pick.source, CELSIUS, 1.0, (), time_s, value)
     unit = likely_unit(pick.quantity, value, Hints(pick.source))
-    return Signal(pick.quantity, pick.source, unit, 1.0, (UNIT,), time_s, value)
+    return Signal(pick.quantity, pick.source, unit, 1.0, (UNIT,) if si_unit(pick.quantity) else (), time_s, value)
 
 
 def _numbers(path: Path, topic: str, field: str, messages: Messages) -> tuple[Floats, Floats]:

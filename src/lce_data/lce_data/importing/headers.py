@@ -7,14 +7,14 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from lce_data.channels import CHANNELS, Unit
+from lce_data.channels import CHANNELS, NAMED_INPUT, Unit, channel_named
 from lce_data.importing.units import find_unit
 
 TIME: Final = "time"
 """The quantity that is no channel."""
 
 SI_UNITS: Final = {TIME: "s", **{channel.name: channel.unit for channel in CHANNELS}}
-"""SI unit of everything that a column may be."""
+"""SI unit of everything that a column may be, but for inputs that a user names."""
 
 WORDS: Final = {  # in the order in which they are tried: a room temperature is ambient
     "ambient": ("ambient", "amb", "tamb", "room", "troom", "environment", "surroundings", "outside", "outdoor"),
@@ -42,6 +42,11 @@ NOT_MEASURED: Final = {"setpoint", "target", "reference", "ref", "desired", "sp"
 """Words of columns that hold no measurement, whatever else their header says."""
 
 
+def si_unit(quantity: str) -> str:
+    """SI unit of a quantity, empty for an input that a user names (``input_fan``). Raises KeyError for another name."""
+    return "s" if quantity == TIME else channel_named(quantity).unit
+
+
 @dataclass(frozen=True)
 class Meaning:
     """What a header says: the quantity, its unit if it names one, and whether words or only a symbol say so."""
@@ -59,6 +64,8 @@ def meaning(header: str) -> Meaning | None:
     >>> meaning("displacement_mm").unit.symbol, meaning("T [°C]").quantity, meaning("T1").certain
     ('mm', 'temperature', False)
     """
+    if header.startswith(NAMED_INPUT) and header.isidentifier() and header != NAMED_INPUT:
+        return Meaning(header, channel_named(header).recorded, certain=True)
     name, unit_text = _apart(header)
     words = _words(name)
     if not words or NOT_MEASURED & {word.casefold() for word in words}:
@@ -91,5 +98,5 @@ def _words(name: str) -> list[str]:
 def _unit(quantity: str, words: list[str], text: str) -> Unit | None:
     """The unit in brackets, or the last word of the name if it is one."""
     if text:
-        return find_unit(SI_UNITS[quantity], text)
-    return find_unit(SI_UNITS[quantity], words[-1]) if len(words) > 1 else None
+        return find_unit(si_unit(quantity), text)
+    return find_unit(si_unit(quantity), words[-1]) if len(words) > 1 else None

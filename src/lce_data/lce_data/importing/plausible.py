@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.channels import Unit
-from lce_data.importing.headers import SI_UNITS, TIME
+from lce_data.importing.headers import TIME, si_unit
 from lce_data.importing.units import find_unit, units_of
 
 Floats = NDArray[np.float64]
@@ -52,15 +52,15 @@ def likely_unit(quantity: str, values: Floats, hints: Hints = NO_HINTS) -> Unit:
         symbol = _time_unit(values, hints.response)
     elif quantity == "power":
         symbol = _power_unit(size, hints)
-    elif SI_UNITS[quantity] == "K":
+    elif si_unit(quantity) == "K":
         symbol = "K" if float(np.nanmedian(values)) > 200.0 else "°C"
-    elif SI_UNITS[quantity] == "m":
+    elif si_unit(quantity) == "m":
         symbol = "m" if size < 0.1 else "mm" if size <= 100.0 else "µm"
-    elif SI_UNITS[quantity] == "N":
+    elif si_unit(quantity) == "N":
         symbol = "N" if size <= 20.0 else "g"
     else:
-        return next(iter(units_of(SI_UNITS[quantity])))
-    unit = find_unit(SI_UNITS[quantity], symbol)
+        return next(iter(units_of(si_unit(quantity))))
+    unit = find_unit(si_unit(quantity), symbol)
     assert unit is not None
     return unit
 

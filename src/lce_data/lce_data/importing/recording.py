@@ -11,10 +11,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import Unit, channel_named
+from lce_data.channels import NAMED_INPUT, Unit, channel_named
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, experiment_of
-from lce_data.importing.headers import SI_UNITS, TIME
+from lce_data.importing.headers import SI_UNITS, TIME, si_unit
 from lce_data.importing.units import MEANING, unit_and_sign
 from lce_data.read_runs import run_from
 from lce_data.run import Run
@@ -32,6 +32,14 @@ HEAD: Final = ("column", "is", "unit", "range", "samples", "median step")
 def is_bag(path: Path) -> bool:
     """Whether a file is read as a bag, and not as a table."""
     return path.is_dir() or path.suffix == ".mcap"
+
+
+def _is_quantity(name: str) -> bool:
+    try:
+        si_unit(name)
+    except KeyError:
+        return False
+    return True
 
 
 @dataclass(frozen=True)
@@ -53,12 +61,13 @@ class Pick:
     def parse(cls, text: str) -> Pick:
         """Read ``QUANTITY=SOURCE[:UNIT]``. Raises LceError for another form, quantity or unit."""
         quantity, equals, rest = text.partition("=")
-        if not equals or quantity not in SI_UNITS:
-            raise LceError(f"{text!r}: expected QUANTITY=NAME[:UNIT] with one of {', '.join(SI_UNITS)}")
+        if not equals or not _is_quantity(quantity):
+            known = ", ".join(SI_UNITS)
+            raise LceError(f"{text!r}: expected QUANTITY=NAME[:UNIT] with one of {known}, or {NAMED_INPUT}NAME")
         source, colon, unit = rest.rpartition(":")
         if not colon:
             return cls(quantity, rest)
-        unit_and_sign(SI_UNITS[quantity], unit)
+        unit_and_sign(si_unit(quantity), unit)
         return cls(quantity, source, unit)
 
     def __str__(self) -> str:

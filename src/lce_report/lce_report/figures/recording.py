@@ -12,11 +12,14 @@ from lce_report.blocks import Block, Curve, Lines, Table
 from lce_report.figures.axes import TIME, title, value_axis
 
 
-def recording_blocks(recording: Recording) -> Sequence[Block]:
+def recording_table(recording: Recording) -> Table:
     """What was understood of a file; a question mark stands behind what is guessed."""
-    blocks: list[Block] = [Table("", HEAD, recording.rows)]
-    if recording.left_out:
-        blocks.append(f"Left out: {', '.join(recording.left_out)}.")
+    return Table("", HEAD, recording.rows)
+
+
+def recording_figures(recording: Recording) -> Sequence[Block]:
+    """What is left out, what looks wrong, and each channel over time."""
+    blocks: list[Block] = [f"Left out: {', '.join(recording.left_out)}."] if recording.left_out else []
     try:
         run, warnings = recording.run(), recording.warnings()
     except LceError as error:

@@ -48,6 +48,8 @@ def _row(state: WorkbenchState, name: str, entry: RunEntry) -> None:
             return
         with ui.element("td"):
             ui.label(conditions(entry.run) if entry.run else "not read")
+            for warning in entry.warnings:
+                ui.label(warning).classes("bad")
         with ui.element("td").classes("measured"):
             for line in _measured(entry.run) if entry.run else ():
                 ui.label(line)

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Make a run of a foreign table: what was understood of it, a choice of channel and unit for each column, figures."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from nicegui import events, ui
+
+from lce_app.use_cases.import_runs import Options, import_runs, understand
+from lce_app.workbench.figures import Figures
+from lce_app.workbench.memory import turn_to
+from lce_app.workbench.state import WorkbenchState
+from lce_data.errors import LceError
+from lce_data.importing.headers import SI_UNITS
+from lce_data.importing.layout import find_layout
+from lce_data.importing.recording import HEAD, Pick, Recording
+from lce_data.importing.units import units_of
+from lce_report.figures.recording import recording_figures
+
+if TYPE_CHECKING:
+    from lce_report import Block
+
+LEFT_OUT: Final = "left out"
+UPLOADS: Final = "uploads"
+"""Folder of the page's own files, in which no run is looked for."""
+RUNS: Final = "runs"
+"""Folder into which runs are written, in that of the page."""
+TABLES: Final = (".csv", ".txt", ".tsv", ".dat")
+
+
+def fill(state: WorkbenchState) -> Callable[[], None]:
+    """The tab, and what brings its list of files up to date."""
+    return ImportTab(state).follow
+
+
+class ImportTab:
+    """The tab; ``follow`` lists the files that are no runs yet."""
+
+    def __init__(self, state: WorkbenchState) -> None:
+        self._state, self._version = state, -1
+        self._recording: Recording | None = None
+        self._names: tuple[str, ...] = ()
+        ui.label(
+            "A table that is no run yet: choose one of this folder, or one from elsewhere. Its separator, columns and "
+            "units are found out; correct below what is wrong. (Bags: lce import --topic.)"
+        )
+        with ui.row().classes("line"):
+            self._files = ui.select({}, label="File of this folder").classes("protocol").mark("foreign file")
+            self._files.on_value_change(self._open_chosen)
+            upload = ui.upload(auto_upload=True, on_upload=self._open_upload).mark("upload")
+            upload.style("display: none")  # screen readers cannot use it; a button of our own opens its dialog
+            pick = ui.button("File from elsewhere …").props("outline no-caps")
+            pick.on("click", js_handler=f"() => runMethod({upload.id}, 'pickFiles', [])")
+        self._columns = ui.element("div").mark("columns")
+        self._figures = Figures(self._blocks).mark("recording")
+        self._button = ui.button("Import", color="accent", on_click=self._import).props("unelevated no-caps")
+        self._button.classes("as-wide").mark("import")
+        self._button.set_enabled(False)
+
+    def follow(self) -> None:
+        """List the files anew when something has changed."""
+        if self._version == self._state.version:
+            return
+        self._version = self._state.version
+        folder = self._state.folder
+        refused = [name for name, entry in self._state.entries.items() if entry.error]
+        others = [path.name for path in sorted(folder.iterdir()) if path.suffix in TABLES[1:]]
+        names = [name for name in (*refused, *others) if Path(name).suffix.lower() in TABLES]
+        self._files.set_options({str(folder / name): name for name in names})
+
+    async def _open_chosen(self, event: events.ValueChangeEventArguments[str | None]) -> None:
+        if event.value:
+            await self._understand(Path(event.value))
+
+    async def _open_upload(self, event: events.UploadEventArguments) -> None:
+        place = self._state.session.place / UPLOADS
+        place.mkdir(parents=True, exist_ok=True)
+        file = place / Path(event.file.name).name
+        await event.file.save(file)
+        self._files.set_value(None)
+        await self._understand(file)
+
+    async def _understand(self, file: Path, picks: tuple[Pick, ...] = ()) -> None:
+        """Understand a file, and show what was understood."""
+        try:
+            names = (await asyncio.to_thread(find_layout, file)).table.names
+            (self._recording,) = await asyncio.to_thread(understand, [file], Options(picks))
+            self._names = names
+        except LceError as error:
+            ui.notify(" ".join(str(error).split()), type="negative")
+        if self._recording is not None:
+            self._show_columns(self._recording)
+            self._figures.reload()
+            self._button.set_enabled(True)
+
+    def _show_columns(self, recording: Recording) -> None:
+        """A row for each column of the file: what it is, in which unit, and whether that was guessed."""
+        held = {signal.source: signal for signal in recording.signals}
+        self._columns.clear()
+        with self._columns, ui.element("table").classes("columns"):
+            with ui.element("thead"), ui.element("tr"):
+                for head in (*HEAD[:3], "guessed", *HEAD[3:]):
+                    with ui.element("th").props("scope=col"):
+                        ui.label(head)
+            with ui.element("tbody"):
+                for name in self._names:
+                    signal = held.get(name)
+                    with ui.element("tr"):
+                        with ui.element("th").props("scope=row"):
+                            ui.label(name)
+                        with ui.element("td"):
+                            quantity = signal.quantity if signal else LEFT_OUT
+                            chosen = ui.select([LEFT_OUT, *SI_UNITS], value=quantity)
+                            chosen.props(f'dense aria-label="what {name} is"').mark(f"quantity {name}")
+                            chosen.on_value_change(partial(self._choose, name))
+                        with ui.element("td"):
+                            if signal:
+                                unit = ui.select(_unit_choices(signal.quantity), value=signal.pick.unit)
+                                unit.props(f'dense aria-label="unit of {name}"').mark(f"unit {name}")
+                                unit.on_value_change(partial(self._choose_unit, name))
+                        for cell in (" and ".join(signal.guessed), *signal.row()[3:]) if signal else ("",) * 4:
+                            with ui.element("td"):
+                                ui.label(cell)
+
+    async def _choose(self, name: str, event: events.ValueChangeEventArguments[str]) -> None:
+        """Another quantity of a column; the column that was it before is left out."""
+        kept = [pick for pick in self._picks() if pick.source != name and pick.quantity != event.value]
+        new = [] if event.value == LEFT_OUT else [Pick(event.value, name)]
+        await self._decide([*kept, *new])
+
+    async def _choose_unit(self, name: str, event: events.ValueChangeEventArguments[str]) -> None:
+        """Another unit of a column."""
+        await self._decide([Pick(p.quantity, p.source, event.value) if p.source == name else p for p in self._picks()])
+
+    async def _decide(self, picks: list[Pick]) -> None:
+        """Understand the file again as the user says; a quantity that no column is keeps none."""
+        assert self._recording is not None
+        said = {pick.quantity for pick in picks}
+        none = [Pick(quantity, "") for quantity in SI_UNITS if quantity not in said]
+        await self._understand(self._recording.path, (*picks, *none))
+
+    def _picks(self) -> list[Pick]:
+        return [signal.pick for signal in self._recording.signals] if self._recording else []
+
+    def _blocks(self) -> list[Block]:
+        return list(recording_figures(self._recording)) if self._recording else []
+
+    async def _import(self) -> None:
+        """Write the run into the folder of the page, and show it there."""
+        assert self._recording is not None
+        try:
+            (file,) = await asyncio.to_thread(import_runs, [self._recording], self._state.folder / RUNS)
+        except LceError as error:
+            ui.notify(" ".join(str(error).replace("; --force overwrites it", "").split()), type="negative")
+            return
+        ui.notify(f"{file.relative_to(self._state.folder)} written", type="positive")
+        turn_to("Runs")
+        await self._state.open()
+
+
+def _unit_choices(quantity: str) -> dict[str, str]:
+    """Units of a quantity as they are picked, and shown; a displacement may count the other way round."""
+    symbols = [unit.symbol for unit in units_of(SI_UNITS[quantity])]
+    flipped = {f"-{symbol}": f"{symbol}, sign flipped" for symbol in symbols} if quantity == "displacement" else {}
+    return {symbol: symbol for symbol in symbols} | flipped
