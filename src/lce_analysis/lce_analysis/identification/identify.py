@@ -164,7 +164,7 @@ class _Search:
     def _free(self, stages: Collection[Stage]) -> tuple[int, ...]:
         """Positions of the parameters to fit among those of the terms of some stages."""
         chosen = {t.name for t in self.model.terms if t.stage in stages}
-        return tuple(i for i, v in enumerate(self.model.values) if not v.fixed and v.term in chosen)
+        return tuple(i for i, v in enumerate(self.model.values) if self.model.searches(v) and v.term in chosen)
 
     def _free_mechanical(self) -> tuple[int, ...]:
         """The same of what is behind the temperature; a lag of the camera is found with the heat."""
@@ -186,11 +186,13 @@ class _Search:
 
     def thermal(self) -> Problem | None:
         """Step 1; the best of several starts."""
+        if self.model.thermal == "none":
+            return None
         observed = observed_series(self.inputs, self._noise([TEMPERATURE]))
         alone = thermal_stage(self.model)
         heat = {t.name for t in alone.terms if acts_on_temperature(t)}
         free = tuple(i for i, v in enumerate(alone.values) if not v.fixed and v.term in heat)
-        if self.model.thermal == "none" or not observed or not free:
+        if not observed or not free:
             return None
         best: tuple[Problem, Optimum] | None = None
         whole = self.model
@@ -250,7 +252,8 @@ class _Search:
         full = self.driven_inputs()
         coarse = [thinned(i) for i in full]
         shared = self.model.varying({})  # what differs from run to run comes with the last least squares
-        problem = Problem(shared, coarse, free, np.zeros(len(coarse)), observed_series(coarse, sigma))
+        common = tuple(i for i in free if not shared.values[i].fixed)
+        problem = Problem(shared, coarse, common, np.zeros(len(coarse)), observed_series(coarse, sigma))
         box = search_box(problem, coarse)
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
