@@ -20,7 +20,7 @@ from lce_analysis.identification.result import FitResult
 from lce_analysis.identification.stages import acts_on_temperature, thermal_stage
 from lce_analysis.options import FitOptions
 from lce_analysis.prediction import predict
-from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Channel
+from lce_data.channels import DISPLACEMENT, POWER, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import sensor_noise
 from lce_data.progress import Progress, silent
@@ -44,6 +44,8 @@ THERMAL: Final = {
 """Built-in models of the temperature, of different structure: name to thermal stage and effects."""
 DEFORMATION: Final = ("equilibrium", "kinetic", "prandtl_ishlinskii", "bouc_wen")
 """Built-in models of the displacement that are identified in seconds."""
+SAMPLES: Final = 3000
+"""Samples of each series of a run that are compared, at most."""
 QUICK: Final = {"random_guesses": 400, "starts": 4}
 """A search that is to compare models, not to publish one."""
 
@@ -94,13 +96,18 @@ class ChannelJudgement:
         if self.rivals:
             errors = ", ".join(f"{r.name} {_percent(r.held_out)}" for r in self.rivals)
             told.append(f"NRMSE of the {name} left out, {self.by}: {errors}.")
-            told.append(
-                f"{self.best.name} does better: {self.best.option}."
-                if self.best
-                else "No built-in model does better: runs may differ from each other, or something changes on the way "
+            told.append(self._advice)
+        return tuple(told)
+
+    @property
+    def _advice(self) -> str:
+        if self.best is None:
+            return (
+                "No built-in model does better: runs may differ from each other, or something changes on the way "
                 "(lce diagnose)."
             )
-        return tuple(told)
+        either = ", and does not describe it either" if self.best.held_out > DESCRIBES else ""
+        return f"{self.best.name} does better{either}: {self.best.option}."
 
     def as_json(self) -> dict[str, Any]:
         """For the record of the fit."""
@@ -157,7 +164,7 @@ def _compared(
 ) -> ChannelJudgement:
     """The same with the errors of all rivals on data left out."""
     models = _thermal(model) if own.channel is TEMPERATURE else _deformation(model)
-    usable = [run for run in runs if own.channel in run.series and (run.power is not None or model.thermal == "none")]
+    usable = [_thinned(run) for run in runs if own.channel in run.series]
     folds = tuple(_folds(usable, own.channel))
     quick = replace(options, **QUICK)
     tasks = [partial(_errors, m, fold, own.channel, quick) for _, _, m in models for fold in folds]
@@ -188,6 +195,19 @@ def _deformation(model: Model) -> list[tuple[str, str, Model]]:
     others = [d for d in DEFORMATION if d != model.deformation or effects]
     rivals = [(d, f"--deformation {d}", default_model("none", d).set(length)) for d in others]
     return [(" + ".join((own.deformation, *own.effect_names)), "", own), *rivals]
+
+
+def _thinned(run: Run) -> Run:
+    """The run with fewer samples where it has many; power and temperature are means over what they stand for."""
+    for channel, series in run.series.items():
+        every = math.ceil(series.value.size / SAMPLES)
+        if every > 1:
+            first = np.arange(0, series.value.size, every)
+            counts = np.diff(np.append(first, series.value.size))
+            # A power is held until the next sample; a sensor is read in the middle of what its mean stands for.
+            time = series.time_s[first] if channel is POWER else np.add.reduceat(series.time_s, first) / counts
+            run = run.with_series(channel, Series(time, np.add.reduceat(series.value, first) / counts))
+    return run
 
 
 @dataclass(frozen=True)
