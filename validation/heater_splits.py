@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make heater`: does the diagnosis name an effect on measured data that no effect of the library explains?
 
-    python validation/heater_splits.py --source pyomo-doe/data --effect sensor_lag.py
+    python validation/heater_splits.py --source raw --effect sensor_lag.py
 
 Every split of the six heater runs of docs/heater.md into at least two for training and at least one held out: a lumped
 model is fitted to the training runs and diagnosed with the others as test. The heater has a second mass and another

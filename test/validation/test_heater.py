@@ -9,6 +9,7 @@ from pathlib import Path
 
 import heater
 import pytest
+import walk
 import yaml
 from heater_splits import diagnosed, splits
 
@@ -31,8 +32,7 @@ pytestmark = [
 
 def blocks(kind: str) -> list[str]:
     """The code blocks of one kind, in their order."""
-    found = re.findall(r"^```(.*?)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    return [text for name, text in found if name == kind]
+    return walk.blocks(PAGE, kind)
 
 
 @pytest.fixture(scope="module")
@@ -40,8 +40,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The runs and the effect of the page."""
     assert DATA is not None
     place = tmp_path_factory.mktemp("page")
-    (place / "heater").mkdir()
-    heater.convert_all(DATA, place / "heater")
+    walk.as_downloaded(DATA, place)
+    walk.run(blocks("bash"), place)
     (effect,) = blocks("python")
     (place / "sensor_lag.py").write_text(effect, encoding="utf-8")
     return place

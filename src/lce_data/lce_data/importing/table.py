@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lce_data.channels import Unit
 from lce_data.columns import read_columns
 from lce_data.errors import LceError
-from lce_data.importing.headers import TIME, Meaning, meaning, si_unit
+from lce_data.importing.headers import SI_UNITS, TIME, Meaning, meaning, si_unit
 from lce_data.importing.layout import Layout, find_layout
 from lce_data.importing.plausible import Hints, likely_unit, response_time
 from lce_data.importing.recording import COLUMN, UNIT, Pick, Recording, Signal
@@ -45,7 +45,7 @@ def read_table(path: Path, picks: Sequence[Pick] = ()) -> Recording:
     columns = {**by_hand, **{quantity: name for quantity, (name, _) in found.items()}}
     if TIME not in columns:
         raise LceError(f"{path}: no column looks like a time; --column time=NAME:UNIT names it: {_listed(layout)}")
-    columns = {TIME: columns.pop(TIME), **columns}  # the others share its times
+    columns = {**{quantity: columns[quantity] for quantity in SI_UNITS if quantity in columns}, **columns}  # time first
     raw = read_columns(path, layout.table, [*columns.values()])
     filled = np.any([np.isfinite(values) for values in raw.values()], axis=0)  # spreadsheets end with rows of commas
     raw = {name: values[filled] for name, values in raw.items() if np.isfinite(values).any()}
