@@ -402,6 +402,27 @@ def test_curves_follow_a_slider_and_what_they_show_can_be_kept(folder: Path) -> 
     tell(folder, story, "Add")
 
 
+def test_bounds_that_are_set_are_those_of_the_next_model(folder: Path) -> None:
+    with_model(folder)
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        for marker, number in (("bounds from", 2.0), ("bounds to", 1e4)):
+            for element in user.find(marker=marker).elements:
+                assert isinstance(element, ui.number)
+                element.value = number
+        chosen = state.model()
+        assert chosen is not None
+        user.find(marker="set bounds").click()
+        key = next(value.key for value in chosen.values if not value.fixed)
+        await user.should_see(f"model 2: bounds of {key}: 2 to 10000")
+        bounded = state.model()
+        assert bounded is not None
+        value = bounded.values[bounded.index(key)]
+        assert (value.lower, value.upper) == (2.0, 1e4)
+
+    tell(folder, story, "Add")
+
+
 def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
     state = with_model(folder)
     model, comparison = state.model(), state.comparison()

@@ -199,6 +199,10 @@ class Model:
                 replace(value, value=own.value)
         return replace(self, varies=MappingProxyType(dict(varies)))
 
+    def searches(self, value: Value) -> bool:
+        """Does a fit look for the value? What is fixed it leaves, unless that differs from run to run."""
+        return not value.fixed or value.key in self.varies
+
     def knows(self, key: str, name: str, sha256: str = "") -> bool:
         """Has the parameter TERM.PARAM a value of its own in the run of this name and content?
 

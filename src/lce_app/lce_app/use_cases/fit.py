@@ -91,6 +91,12 @@ class FittedModel:
     profiles: tuple[Profile, ...] = ()
     bootstrap: Bootstrap | None = None
 
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """A sentence for each parameter at a bound, and some for each channel that the model does not describe."""
+        judged = (sentence for judgement in self.judgements for sentence in judgement.sentences)
+        return (*(bound.sentence for bound in self.at_bounds), *judged)
+
 
 @dataclass(frozen=True)
 class Fits:

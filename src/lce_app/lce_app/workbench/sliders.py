@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -16,6 +17,7 @@ from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
 from lce_app.workbench.state import WorkbenchState
+from lce_data.errors import LceError
 from lce_model import Model, Value
 from lce_report import Block
 
@@ -40,6 +42,7 @@ class Sliders:
                         "keep"
                     )
                     ui.button("Back", on_click=self._back).props("outline no-caps").mark("back")
+                self._bounds = _Bounds(model, notify_errors(self._widen))
                 self._sliders = [_Slider(value, self._follow) for value in model.values if not value.fixed]
             self._figures = Figures(self._curves)
         self._chosen.on_value_change(self._reload)
@@ -65,18 +68,53 @@ class Sliders:
     def _keep(self) -> None:
         self._state.keep(self._moved, "by hand")
 
+    def _widen(self) -> None:
+        key, lower, upper = self._bounds.chosen
+        self._state.keep(self._moved.hold({key: (lower, upper)}), f"bounds of {key}: {lower:g} to {upper:g}")
+
     def _back(self) -> None:
         for slider in self._sliders:
             slider.back()
         self._move(self._start)
 
 
+class _Bounds:
+    """A parameter and two numbers, which become its bounds: of its slider, and of whatever is fitted after."""
+
+    def __init__(self, model: Model, kept: Callable[[], None]) -> None:
+        self._model = model
+        with ui.row().classes("line"):
+            keys = [value.key for value in model.values if not value.fixed]
+            self._key = ui.select(keys, value=keys[0] if keys else None, label="Bounds of").mark("bounds of")
+            self._lower = ui.number("from").mark("bounds from")
+            self._upper = ui.number("to").mark("bounds to")
+            ui.button("Set bounds", on_click=kept).props("outline no-caps").mark("set bounds")
+        self._key.on_value_change(self._show)
+        self._show()
+
+    @property
+    def chosen(self) -> tuple[str, float, float]:
+        """TERM.PARAM and its bounds; LceError if a number is missing."""
+        lower, upper = self._lower.value, self._upper.value
+        if lower is None or upper is None:
+            raise LceError(f"{self._key.value}: give both bounds")
+        return str(self._key.value), float(lower), float(upper)
+
+    def _show(self) -> None:
+        if self._key.value is not None:
+            value = self._model.values[self._model.index(str(self._key.value))]
+            self._lower.value, self._upper.value = value.lower, value.upper
+
+
 class _Slider(ui.element, component="slider.js"):
-    """A slider that tells ``follow`` key and value; where it began it stands for exactly the value it began with."""
+    """A slider that tells ``follow`` key and value; where it began it stands for exactly the value it began with.
+
+    It goes over the usual range of the parameter, where the value lies in it and nobody chose other bounds.
+    """
 
     def __init__(self, value: Value, follow: Callable[[str, float], None]) -> None:
         self._value, self._follow = value, follow
-        self._coordinates = Transformation.of([value])
+        self._coordinates = Transformation.of([_usual(value)])
         self._began = round(float(self._coordinates.to_box(np.array([value.value]))[0]) * STEPS)
         self._told = ui.label().props("aria-live=polite").tooltip(value.parameter.description)
         super().__init__()
@@ -99,3 +137,12 @@ class _Slider(ui.element, component="slider.js"):
     def _tell(self, number: float) -> None:
         unit = "" if self._value.unit == "1" else f" {self._value.unit}"
         self._told.text = f"{self._value.key} = {number:.4g}{unit}"
+
+
+def _usual(value: Value) -> Value:
+    """The value within the usual range of its parameter, if that is where it is and its bounds are the default ones."""
+    default = value.parameter
+    if default.usual is None or (value.lower, value.upper) != (default.lower, default.upper):
+        return value
+    lower, upper = default.usual
+    return replace(value, lower=lower, upper=upper) if lower <= value.value <= upper else value

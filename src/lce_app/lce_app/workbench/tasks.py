@@ -25,8 +25,9 @@ from lce_data.units import KELVIN
 
 
 def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, progress: Progress) -> Sequence[str]:
-    """`lce fit`; returns its warnings."""
-    return fitting.fit(runs, out, fitting.ModelChoice(thermal, deformation), progress=progress).warnings
+    """`lce fit`; returns its warnings, and what is wrong with the model."""
+    fits = fitting.fit(runs, out, fitting.ModelChoice(thermal, deformation), progress=progress)
+    return (*fits.warnings, *(fault for fitted in fits.models for fault in fitted.faults))
 
 
 def diagnose(runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:

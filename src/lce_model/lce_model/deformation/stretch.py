@@ -23,9 +23,9 @@ def network_stretch(order: float, reference_order: float, alpha: float) -> float
     return float(((1.0 + 2.0 * now) * (1.0 - then) / ((1.0 - now) * (1.0 + 2.0 * then))) ** (1.0 / 3.0))
 
 
-def displacement(stretch: float, length: float) -> float:
-    """d = L0 (1 - λ) (6.8)."""
-    return length * (1.0 - stretch)
+def displacement(stretch: float, length: float, zero: float) -> float:
+    """d = L0 (1 - λ) (6.8), with the zero of the distance sensor."""
+    return length * (1.0 - stretch) + zero
 
 
 STRETCH = Term(
@@ -58,8 +58,13 @@ NETWORK = replace(
 STRIP = Term(
     name="strip",
     stage="strain",
-    equation="d = L0 (1 - lambda)",
-    parameters=(Parameter("length", "m", 0.010, 1e-4, 10.0, "length at rest L0", "1.0 cm, §3.2", fixed=True),),
+    equation="d = L0 (1 - lambda) + d0",
+    parameters=(
+        Parameter("length", "m", 0.010, 1e-4, 10.0, "length at rest L0", "1.0 cm, §3.2", fixed=True),
+        Parameter(
+            "zero", "m", 0.0, -0.1, 0.1, "zero d0 of the displacement", "sensor set to 0 at rest", "asinh", 1e-5, True
+        ),
+    ),
     outputs=("displacement",),
     step=displacement,
 )

@@ -110,7 +110,9 @@ def step(
 
 
 def _time_constant(name: str, value: float, description: str) -> Parameter:
-    return Parameter(name, "s", value, 0.005, 1e6, description, "of (6.6); values plausible", scale="log")
+    return Parameter(
+        name, "s", value, 0.005, 1e6, description, "of (6.6); values plausible", "log", usual=(0.005, 2000.0)
+    )
 
 
 def _slopes(name: str, unit: str, value: float, lower: float, upper: float, source: str) -> list[Parameter]:

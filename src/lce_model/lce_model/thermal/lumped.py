@@ -40,6 +40,7 @@ LUMPED = Term(
             "steady temperature rise per laser power K",
             "absorbed share / (h A), h A = 1.1–2.1 mW/K for a 10 × 5 × 0.3 mm strip",
             scale="log",
+            usual=(0.1, 2000.0),
         ),
         Parameter(
             "tau",
@@ -50,6 +51,7 @@ LUMPED = Term(
             "thermal time constant τ = m c / (h A)",
             "m c = 0.030 J/K: 14–28 s",
             scale="log",
+            usual=(0.1, 2000.0),
         ),
     ),
     outputs=("temperature", "loss_rate"),
