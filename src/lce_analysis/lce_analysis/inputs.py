@@ -43,6 +43,12 @@ def lacks(effect: Effect, runs: Sequence[Run]) -> str:
     return ""
 
 
+def differs_between_runs_only(effect: Effect, runs: Sequence[Run]) -> bool:
+    """Does the effect read inputs, each of them one number in every run? Then no run by itself shows its strength."""
+    read = [run.inputs[channel].value for channel in inputs_of((effect,)) for run in runs if channel in run.inputs]
+    return bool(read) and all(np.ptp(value) == 0.0 for value in read)
+
+
 def _missing(term: Term, channel: Channel, runs: Sequence[Run]) -> str:
     names = ", ".join(run.name for run in runs)
     return (

@@ -13,8 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
+from lce_analysis.diagnosis import diagnose
 from lce_analysis.identification import fit
-from lce_analysis.inputs import lacks
+from lce_analysis.inputs import differs_between_runs_only, lacks
 from lce_analysis.prediction import predict, simulation_input
 from lce_data.channels import AMBIENT, DISPLACEMENT, LOAD, TEMPERATURE, Channel, named_input
 from lce_data.errors import LceError
@@ -143,6 +144,25 @@ def test_an_input_that_never_changes_says_nothing_of_an_effect() -> None:
     assert lacks(find("room_temperature"), runs) == words
     assert not lacks(find("load_stretch"), [runs[0], _told(recorded("wednesday"), load_n=0.2)])
     assert not lacks(find("creep"), [recorded("monday")])
+
+
+def test_what_differs_between_runs_only_is_told_from_what_changes_within_one() -> None:
+    runs = [_told(recorded(name), load_n=load) for name, load in (("monday", 0.1), ("tuesday", 0.2))]
+    assert differs_between_runs_only(find("load_shift"), runs)
+    assert not differs_between_runs_only(find("load_shift"), [runs[0], _with(runs[1], {LOAD: 0.1 + 1e-3 * TIME})])
+    assert not differs_between_runs_only(find("creep"), runs)
+
+
+@pytest.mark.slow
+def test_a_room_that_differs_from_run_to_run_is_named_where_it_was_measured() -> None:
+    rooms = (294.0, 297.0, 300.0, 303.0)
+    runs = [
+        _told(recorded(f"at {room:g} K", room_k=room, seed=i), ambient_c=room - 273.15) for i, room in enumerate(rooms)
+    ]
+    found = diagnose(default_model("lumped", "none"), runs)
+    assert [step.added for step in found.steps] == ["room_temperature"]
+    assert not found.model.varies
+    assert found.model["room_temperature.share"] == pytest.approx(1.0, abs=0.01)
 
 
 HUMID = """

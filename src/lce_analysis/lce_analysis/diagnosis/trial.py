@@ -15,6 +15,7 @@ from lce_analysis.diagnosis.score import Score
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Strengths
 from lce_analysis.identification.problem import Problem
+from lce_analysis.inputs import differs_between_runs_only
 from lce_analysis.options import DiagnoseOptions
 from lce_model.effects import Effect
 
@@ -161,4 +162,6 @@ def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool
     mean, null = strengths.mean, trial.effect.null
     distance = abs(strengths.overall.value - mean.value)
     alike = distance <= max(options.agreement * mean.standard_error, options.alike * abs(mean.value - null))
+    if differs_between_runs_only(trial.effect, [i.run for i in trial.fit.problem.inputs]):
+        return alike
     return alike and abs(mean.value - null) > options.agreement * mean.standard_error
