@@ -22,7 +22,7 @@ WORDS: Final = {  # in the order in which they are tried: a room temperature is 
     "load": ("load", "force", "weight", "stress", "tension"),
     "displacement": (
         "displacement", "disp", "contraction", "stroke", "position", "pos", "deflection", "elongation", "extension",
-        "travel", "distance", "weg",
+        "travel", "distance", "weg", "strain",
     ),
     "power": ("power", "laser", "heater", "heating", "heat", "drive", "pwm", "duty", "leistung"),
     TIME: ("time", "timestamp", "datetime", "elapsed", "zeit", "clock", "date", "stamp"),

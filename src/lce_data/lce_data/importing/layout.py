@@ -67,7 +67,9 @@ def find_layout(path: Path) -> Layout:
     for name, cells in columns.items():
         if 2 * sum(_is_number(cell) for cell in cells) >= len(cells):  # a cell that is none is told when it is read
             continue
-        if reader := _date_reader(cells):
+        if len(set(cells)) == 1 < len(cells):  # such as a date beside a time of day: nothing to read
+            unread.add(name)
+        elif reader := _date_reader(cells):
             dated.add(name)
             readers[name] = reader
         elif all(cell.casefold() in SWITCH for cell in cells):
@@ -93,7 +95,7 @@ def _first_lines(path: Path) -> tuple[str, list[str]]:
                     return encoding, lines
     except OSError as error:
         raise LceError(f"{path}: {error.strerror}") from None
-    raise LceError(f"{path}: not a text table")
+    raise LceError(f"{path}: not a text table; a spreadsheet has to be saved as CSV first")
 
 
 def _separator(lines: Sequence[str]) -> str:
@@ -130,8 +132,9 @@ def _names(rows: Sequence[Sequence[str]], lines: Sequence[str], first: int, sepa
     """A name for each column: from the line above the first row, or of two lines if the second one holds units."""
     width = len(rows[first])
     above = [i for i in range(first) if lines[i].strip()][-2:]
-    heads = [_cells(lines[i].lstrip("#").strip(), separator) for i in above]
-    heads = [head for head in heads if len(head) == width and not all(_is_number(cell) for cell in head)]
+    heads = [_cells(lines[i].lstrip("#%").strip(), separator) for i in above]
+    heads = [_padded(head, rows[first:], width) for head in heads]
+    heads = [head for head in heads if len(head) == width and not all(_is_number(cell) for cell in head if cell)]
     if len(heads) == 2 and not all(len(cell.strip("[]()")) <= 4 for cell in heads[1]):
         heads = heads[1:]
     if len(heads) == 2:
@@ -141,6 +144,13 @@ def _names(rows: Sequence[Sequence[str]], lines: Sequence[str], first: int, sepa
         names = list(heads[0]) if heads else [""] * width
     names = [name or f"column {i + 1}" for i, name in enumerate(names)]
     return [name if names.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(names)]
+
+
+def _padded(head: list[str], body: Sequence[Sequence[str]], width: int) -> list[str]:
+    """A header that lacks a cell: of a separator at the end of each row, or of row names in front of it."""
+    if len(head) != width - 1:
+        return head
+    return [*head, ""] if not any(row[-1] for row in body if len(row) == width) else ["", *head]
 
 
 def _is_number(cell: str) -> bool:

@@ -20,6 +20,8 @@ STAMPS: Final = (("ns", 1e17), ("µs", 1e14), ("ms", 1e11), ("s", 0.0))
 """Units of times since 1970, and the least number that each is of."""
 SLOWEST_S: Final = 5000.0
 """A strip, a wire or a small heater responds faster than this [s]."""
+SLOW_S, RARE_S = 1000.0, 50.0
+"""Nobody samples as rarely as every `RARE_S` what responds in `SLOW_S`, but a camera at 10 Hz has steps of 100 ms."""
 SMALLEST_GAIN: Final = 0.1
 """It warms by more than this [K/W] if it takes more than `LARGEST_POWER`."""
 LARGEST_POWER: Final = 20.0
@@ -84,8 +86,11 @@ def _time_unit(values: Floats, response: float | None) -> str:
 
 
 def is_in_milliseconds(time: Floats, response: float | None) -> bool:
-    """Whether a time, taken for seconds, has steps of 1 s and more and a temperature that takes hours to respond."""
-    return response is not None and float(np.median(np.diff(time))) >= 1.0 and response > SLOWEST_S
+    """Whether a time, taken for seconds, has steps of 1 s and more and a temperature that is too slow for them."""
+    step = float(np.median(np.diff(time)))
+    if response is None or step < 1.0:
+        return False
+    return response > (SLOWEST_S if step < RARE_S else SLOW_S)
 
 
 def response_time(time: Floats, value: Floats) -> float | None:

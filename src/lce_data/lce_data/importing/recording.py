@@ -168,7 +168,8 @@ class Recording:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is done to the file without a question: rows left out, and units that stand for others."""
-        meanings = (f"{s.source}: {MEANING[s.unit.symbol]}" for s in self.signals if s.unit.symbol in MEANING)
+        said = ((s.source, MEANING.get((si_unit(s.quantity), s.unit.symbol))) for s in self.signals)
+        meanings = (f"{source}: {meaning}" for source, meaning in said if meaning)
         return (*meanings, *self.rows_changed)
 
     def warnings(self) -> tuple[str, ...]:

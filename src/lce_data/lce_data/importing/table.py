@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from lce_data.importing.recording import COLUMN, UNIT, Pick, Recording, Signal
 from lce_data.importing.units import find_unit, unit_and_sign
 
 Floats = NDArray[np.float64]
+
+DAY_S: Final = 86400.0
 
 
 def read_table(path: Path, picks: Sequence[Pick] = ()) -> Recording:
@@ -50,6 +53,8 @@ def read_table(path: Path, picks: Sequence[Pick] = ()) -> Recording:
     filled = np.any([np.isfinite(values) for values in raw.values()], axis=0)  # spreadsheets end with rows of commas
     raw = {name: values[filled] for name, values in raw.items() if np.isfinite(values).any()}
     columns = {quantity: name for quantity, name in columns.items() if name in raw}
+    if columns[TIME] in layout.dated:
+        raw[columns[TIME]] = _past_midnight(raw[columns[TIME]])
     kept, remarks = _rows_kept(path, raw[columns[TIME]], layout.table.first_row)
     raw = {name: values[kept] for name, values in raw.items()}
     typed = {pick.quantity: pick.unit for pick in picks}
@@ -104,6 +109,13 @@ def _by_header(
         if len(best) > 1 and quantity != TIME:
             rivals[quantity] = [name for name, _ in best[1:]]
     return found, rivals
+
+
+def _past_midnight(time: Floats) -> Floats:
+    """Times (n,) of day that go on over midnight; dates as they are."""
+    if np.nanmax(time) > DAY_S:
+        return time
+    return time + DAY_S * np.concatenate([[0.0], np.cumsum(np.diff(time) < -0.5 * DAY_S)])
 
 
 def _rows_kept(path: Path, time: Floats, first_row: int) -> tuple[NDArray[np.bool_], tuple[str, ...]]:

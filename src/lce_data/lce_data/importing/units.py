@@ -41,6 +41,7 @@ SPELLINGS: Final[dict[str, dict[Unit, tuple[str, ...]]]] = {
         Unit("cm", 1e2): ("cm", "centimeter", "centimetre"),
         Unit("nm", 1e9): ("nm", "nanometer", "nanometre"),
         Unit("in", 1.0 / 0.0254): ("in", "inch", "inches"),
+        Unit("%", 1e3): ("%", "pct", "percent", "perc"),
     },
     "N": {
         Unit("N"): ("n", "newton", "newtons"),
@@ -53,10 +54,11 @@ SPELLINGS: Final[dict[str, dict[Unit, tuple[str, ...]]]] = {
 """The first unit of each quantity is the one that a file most likely has."""
 
 MEANING: Final = {
-    "%": "100 % counts as 1 W: gains are in K per full power",
-    "MPa": "1 MPa counts as 1 N: the force on a cross-section of 1 mm²",
+    ("W", "%"): "100 % counts as 1 W: gains are in K per full power",
+    ("m", "%"): "1 % counts as 1 mm: the strain of 100 mm",
+    ("N", "MPa"): "1 MPa counts as 1 N: the force on a cross-section of 1 mm²",
 }
-"""What is said of a unit that is no unit of the quantity."""
+"""What is said of a unit that is no unit of the quantity, by SI unit and symbol."""
 
 
 def units_of(si_unit: str) -> dict[Unit, tuple[str, ...]]:

@@ -120,7 +120,10 @@ def _decide(signal: Signal) -> Pick:
     from lce_data.importing.recording import Pick
 
     while True:
-        answer = input(f"{signal.source} is the {signal.quantity} in {signal.pick.unit}? ").strip()
+        try:
+            answer = input(f"{signal.source} is the {signal.quantity} in {signal.pick.unit}? ").strip()
+        except EOFError:
+            raise LceError(f"{signal.source}: no answer; nothing was written") from None
         if answer.casefold() in ("", "y", "yes"):
             return signal.pick
         if answer.casefold() in ("n", "no"):
