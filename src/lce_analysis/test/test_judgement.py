@@ -67,3 +67,9 @@ def test_a_rival_that_is_hardly_better_is_not_recommended() -> None:
     assert "No built-in model does better" in judged.sentences[-1]
     unfit = Rival("hammerstein_wiener", "", float("inf"))
     assert "hammerstein_wiener –" in ChannelJudgement(TEMPERATURE, 0.3, "run by run", (own, unfit)).sentences[1]
+
+
+def test_of_two_that_do_equally_well_the_simpler_one_is_named() -> None:
+    own, simple, black = Rival("lumped", "", 0.3), Rival("two", "--effect two", 0.102), Rival("black box", "", 0.100)
+    found = ChannelJudgement(TEMPERATURE, 0.3, "run by run", (own, simple, black)).best
+    assert found is simple

@@ -34,6 +34,8 @@ ABOVE_NOISE: Final = 2.0
 """It does so anyway where the error is not so many times the noise."""
 BETTER: Final = 0.9
 """A model does better if its error on data left out is less than this share of the present one's."""
+EQUAL: Final = 0.95
+"""Two models do equally well if their errors differ by less than this factor: then the simpler one is named."""
 FOLDS: Final = {TEMPERATURE: 4, DISPLACEMENT: 2}
 """Parts of the data that are left out one after the other, at most; models of the displacement take longer."""
 THERMAL: Final = {
@@ -78,11 +80,12 @@ class ChannelJudgement:
 
     @property
     def best(self) -> Rival | None:
-        """The rival that does better on data left out; None if none does."""
+        """The rival that does better on data left out, the first of those that do so equally; None if none does."""
         if not self.rivals:
             return None
         own, *others = self.rivals
-        best = min(others, key=lambda rival: rival.held_out, default=own)
+        least = min((rival.held_out for rival in others), default=math.inf)
+        best = next((rival for rival in others if rival.held_out <= least / EQUAL), own)
         return best if best.held_out < BETTER * own.held_out else None
 
     @property
