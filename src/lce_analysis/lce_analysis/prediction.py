@@ -13,7 +13,7 @@ from scipy.interpolate import make_smoothing_spline
 
 from lce_analysis.inputs import acting, check_inputs
 from lce_analysis.options import Drive, FitOptions
-from lce_data.channels import SENSORS, TEMPERATURE, Channel
+from lce_data.channels import AMBIENT, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
@@ -92,6 +92,8 @@ class SimulationInput:
 
     def at_rest_k(self, model: Model, parameters: Floats) -> Floats:
         """Temperature (m,) [K] of the surroundings at the first time, for parameter rows (m, k)."""
+        if AMBIENT not in model.inputs:
+            return parameters[:, model.index(AMBIENT_KEY)].copy()
         kernel = model.kernel
         state, first = np.empty(kernel.state_size), self.columns(kernel.inputs)[0]
         found = np.empty(parameters.shape[0])

@@ -105,6 +105,15 @@ def test_a_run_without_a_measured_temperature_starts_at_that_of_the_room() -> No
     assert predict(model, run).start_temperature_k == pytest.approx(283.15)
 
 
+def test_a_fit_without_measured_temperatures_starts_there_too() -> None:
+    base = default_model("lumped", "prandtl_ishlinskii", ("room_temperature",)).set({"lumped.tau": TAU})
+    model = base.set({"room_temperature.share": 1.0}).fix(["room_temperature.share", "lumped.gain", "lumped.tau"])
+    cold = _told(recorded("cold", room_k=288.15).with_series(TEMPERATURE, None), ambient_c=15.0)
+    found = fit(model.set({"lumped.gain": GAIN}), [cold])
+    assert found.model.fit["runs"][0]["start_temperature_k"] == pytest.approx(288.15)
+    assert _error(found.model, [cold], DISPLACEMENT) < 0.01
+
+
 @pytest.mark.parametrize("deformation", ["equilibrium", "prandtl_ishlinskii"])
 def test_inputs_that_no_effect_reads_change_nothing(deformation: str) -> None:
     model, run = default_model("lumped", deformation), recorded("run")

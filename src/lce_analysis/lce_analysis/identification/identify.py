@@ -154,12 +154,14 @@ class _Search:
         self, model: Model, inputs: Sequence[SimulationInput], options: FitOptions, progress: Progress
     ) -> None:
         self.model, self.inputs, self.options, self.progress = model, inputs, options, progress
-        self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._ambient() for i in inputs])
+        self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._at_rest_k(i) for i in inputs])
         self.evaluations = 0
         self.interrupted = False
 
-    def _ambient(self) -> float:
-        return self.model["ambient.t_env"] if self.model.thermal != "none" else float("nan")
+    def _at_rest_k(self, run_input: SimulationInput) -> float:
+        if self.model.thermal == "none":
+            return float("nan")
+        return float(run_input.at_rest_k(self.model, self.model.vector[None])[0])
 
     def _free(self, stages: Collection[Stage]) -> tuple[int, ...]:
         """Positions of the parameters to fit among those of the terms of some stages."""

@@ -123,13 +123,10 @@ class Problem:
         free = self.transformation.to_model(variables[..., :k])
         starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
         starts[..., list(self.free_starts)] = variables[..., k + self.offsets :]
-        if self.at_ambient:
-            ambient = self.model.index(AMBIENT_KEY)
-            for i in self.at_ambient:
-                own = self.own(variables, i) if self.varying else free
-                starts[..., i] = (
-                    own[..., self.free.index(ambient)] if ambient in self.free else self.model_of(i).vector[ambient]
-                )
+        for i in self.at_ambient:
+            rows = self._rows(i, self.own(variables, i) if self.varying else free)
+            at_rest_k = self.inputs[i].at_rest_k(self.model, rows.reshape(-1, rows.shape[-1]))
+            starts[..., i] = at_rest_k.reshape(rows.shape[:-1])
         return free, starts
 
     def own(self, variables: Floats, run: int) -> Floats:
@@ -148,9 +145,14 @@ class Problem:
 
     def _outputs(self, run: int, own: Floats, start_k: Floats) -> Floats:
         """Kernel outputs (m, n, columns) of one run for rows of its free parameters (m, k) and starts (m,)."""
-        rows = np.repeat(self.model_of(run).vector[None], own.shape[0], axis=0)
-        rows[:, list(self.free)] = own
-        return self.inputs[run].simulate(self.model, rows, np.ascontiguousarray(start_k))
+        return self.inputs[run].simulate(self.model, self._rows(run, own), np.ascontiguousarray(start_k))
+
+    def _rows(self, run: int, own: Floats) -> Floats:
+        """All parameters (…, all) of one run for its free ones (…, k)."""
+        vector = self.model_of(run).vector
+        rows = np.broadcast_to(vector, (*own.shape[:-1], vector.size)).copy()
+        rows[..., list(self.free)] = own
+        return rows
 
     def at(self, variables: Floats) -> "Problem":
         """The same problem, its model and start temperatures those of the variables."""
@@ -335,5 +337,6 @@ def start_conditions(inputs: Sequence[SimulationInput], model: Model) -> tuple[t
     if AMBIENT_KEY in model.varies:
         rest = tuple(i for i, p in enumerate(inputs) if i not in measured or ambient_at_rest(p.run) is not None)
     else:
-        rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, model[AMBIENT_KEY]))
+        ambient = [float(p.at_rest_k(model, model.vector[None])[0]) for p in inputs]
+        rest = tuple(i for i, p in enumerate(inputs) if i not in measured or starts_at(p, ambient[i]))
     return tuple(i for i in measured if i not in rest), rest

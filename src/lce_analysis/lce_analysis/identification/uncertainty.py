@@ -81,8 +81,8 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
     rows = np.repeat(model.vector[None], 2 * z.size + 1, axis=0)
     rows[1:, list(problem.free)] = c.to_model(z + h * np.vstack([np.eye(z.size), -np.eye(z.size)]))
     starts = np.full(rows.shape[0], start)
-    if "ambient.t_env" in model and not run_input.driven and starts_at(run_input, model["ambient.t_env"]):
-        starts = rows[:, model.index("ambient.t_env")].copy()
+    if not run_input.driven and starts_at(run_input, float(run_input.at_rest_k(model, model.vector[None])[0])):
+        starts = run_input.at_rest_k(model, rows)
     out = run_input.simulate(model, rows, starts)
     slopes = (out[1 : z.size + 1] - out[z.size + 1 :]) / (2.0 * h)
     spread = NormalDist().inv_cdf(0.5 + 0.5 * level)
