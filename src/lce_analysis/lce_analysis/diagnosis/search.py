@@ -23,10 +23,10 @@ from lce_analysis.diagnosis.stage_problem import (
 )
 from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, on_data_left_out, rises
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.diagnosis.variation import VariationTrial, base_parameters, best, try_variation, variation_trials
+from lce_analysis.diagnosis.variation import VariationTrial, best, try_variation, variation_trials
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.identify import fit as identify
-from lce_analysis.identification.random_effects import with_run_errors
+from lce_analysis.identification.random_effects import may_vary, with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import simulation_input, with_ambient_at_rest
 from lce_data.channels import SENSORS
@@ -162,6 +162,7 @@ class Search:
     def run(self) -> None:
         """Search the heat, then the deformation, then look back."""
         self._forward(heat=True)
+        self._begin_deformation()
         self._forward(heat=False)
         self._backward()
         self._finish()
@@ -205,7 +206,7 @@ class Search:
 
     def force_variation(self, key: str) -> VariationStep:
         """Let this parameter differ from run to run, whatever the data say of it; see :meth:`force`."""
-        stages = [s for s in (*self._stages(heat=True), *self._stages(heat=False)) if key in base_parameters(s)]
+        stages = [s for s in (*self._stages(heat=True), *self._stages(heat=False)) if key in may_vary(s.fit.problem)]
         if not stages:
             raise LceError(f"{key}: not a free parameter of the base model that these runs measure")
         trial = try_variation(stages[0], key, self.left_out, self.options, self.progress)
@@ -229,6 +230,17 @@ class Search:
 
     def _effects_since(self, began: int) -> list[Step]:
         return [a for a in self.accepted[began:] if isinstance(a, Step)]
+
+    def _begin_deformation(self) -> None:
+        """Where the heat has changed and much is left of the displacement, identify the deformation from scratch.
+
+        It was identified behind another temperature, and may sit in a poor minimum.
+        """
+        if self.accepted and self.present.worst > self.options.near:
+            anew = self._identified_anew(self.present)
+            if anew is not None:
+                self.accepted[-1] = replace(self.accepted[-1], with_it=anew)
+                self.present = anew
 
     def _next(self, heat: bool) -> Accepted | None:
         """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error."""
@@ -373,12 +385,17 @@ class Search:
 
     def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
         """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""
-        runs = [run_input.run for run_input in self.coarse.inputs]
-        anew = self._refitted(identify(fit.model, runs, progress=self.progress).model)
-        if anew.deformation is None or anew.error > fit.error * (1.0 - BETTER):
+        anew = self._identified_anew(fit)
+        if anew is None or anew.deformation is None:
             return fit, trial
         problem = anew.deformation.fit.problem
         return anew, replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))
+
+    def _identified_anew(self, present: StagedFit) -> StagedFit | None:
+        """The model identified from scratch; None if that explains no more."""
+        runs = [run_input.run for run_input in self.coarse.inputs]
+        anew = self._refitted(identify(present.model, runs, progress=self.progress).model)
+        return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
 
     def _between(
         self, without: StagedFit, with_it: StagedFit, held_out: HeldOut | None, drive: Drive

@@ -237,7 +237,7 @@ def _refit_between_jumps(problem: Problem, label: str, options: DiagnoseOptions,
 def _free(whole: Model, model: Model, heat: bool | None = None) -> tuple[int, ...]:
     """Positions in ``whole`` of the free parameters of ``model``: of the heat, of what is behind it, or of both."""
     chosen = {t.name for t in model.terms if heat is None or acts_on_temperature(t) is heat}
-    return tuple(whole.index(v.key) for v in model.values if not v.fixed and v.term in chosen)
+    return tuple(whole.index(v.key) for v in model.values if model.searches(v) and v.term in chosen)
 
 
 def _starts(model: Model, data: Data) -> Floats:

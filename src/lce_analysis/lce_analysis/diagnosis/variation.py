@@ -6,7 +6,6 @@ most are refitted as random effects. Since no other run can say what a run's own
 left out in turn, and judged with the value that the rest of the run gives.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -23,12 +22,11 @@ from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, start_conditions
-from lce_analysis.identification.random_effects import gain_by_run, with_run_errors
+from lce_analysis.identification.random_effects import gain_by_run, heterogeneity, may_vary
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import AMBIENT_KEY, with_ambient_at_rest
 from lce_data.progress import Progress
 from lce_model import Variation
-from lce_model.effects import library
 
 Floats = NDArray[np.float64]
 
@@ -73,7 +71,7 @@ def variation_trials(
     if len(problem.inputs) < 2:
         return []
     least = options.promise * options.worth_noise * min(samples(problem.observed).values())
-    promised = {key: _promised(stage, key) for key in base_parameters(stage)}
+    promised = {key: _promised(stage, key) for key in may_vary(stage.fit.problem)}
     keys = sorted((key for key, gain in promised.items() if gain > least), key=lambda key: -promised[key])[:REFITTED]
     tasks = [partial(_refitted, stage, key, promised[key], options) for key in keys]
     trials = each(tasks, "refits", progress)
@@ -114,16 +112,7 @@ def with_variation(problem: Problem, key: str) -> Problem:
 
 def _promised(stage: StageProblem, key: str) -> float:
     """The gain that the Jacobian promises."""
-    problem = stage.fit.problem
-    place = problem.free.index(problem.model.index(key))
-    return gain_by_run(problem, stage.fit.jacobian, stage.fit.residual, place)
-
-
-def base_parameters(stage: StageProblem) -> list[str]:
-    """Free parameters of the base model in a stage that do not vary yet."""
-    problem = stage.fit.problem
-    values = [problem.model.values[i] for i in problem.free]
-    return [v.key for v in values if v.term not in library() and v.key not in problem.model.varies]
+    return gain_by_run(stage.fit.problem, stage.fit.jacobian, stage.fit.residual, key)
 
 
 def _judged(trial: VariationTrial, left_out: DataLeftOut, options: DiagnoseOptions) -> VariationTrial:
@@ -139,12 +128,9 @@ def _objection(trial: VariationTrial, options: DiagnoseOptions) -> Objection:
     """What speaks against it before anything is left out: no gain, or values alike as far as their errors can tell."""
     if trial.gain <= 0.0:
         return "null"
-    own = with_run_errors(trial.fit.problem).model.varies[trial.key].by_run.values()
-    values = np.array([x.value for x in own])
-    weights = np.array([(x.standard_error or math.inf) ** -2.0 for x in own])
-    q = float(np.sum(weights * (values - np.average(values, weights=weights)) ** 2)) if weights.any() else 0.0
-    candidates = max(len(base_parameters(trial.stage)), 1)
-    return "chance" if q <= float(chi2.isf(options.false_alarm / candidates, values.size - 1)) else ""
+    runs, candidates = len(trial.fit.problem.inputs), max(len(may_vary(trial.stage.fit.problem)), 1)
+    critical = float(chi2.isf(options.false_alarm / candidates, runs - 1))
+    return "" if heterogeneity(trial.fit.problem, trial.key) > critical else "chance"
 
 
 def best(trials: Sequence[VariationTrial]) -> VariationTrial | None:

@@ -5,9 +5,8 @@ The same promise begins the trials of :mod:`lce_analysis.diagnosis.variation`; h
 """
 
 from lce_analysis.identification.problem import Problem
-from lce_analysis.identification.random_effects import gain_by_run
+from lce_analysis.identification.random_effects import gain_by_run, may_vary
 from lce_analysis.options import FitOptions
-from lce_model.effects import library
 
 
 def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str, ...]:
@@ -20,11 +19,7 @@ def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str
     variables = problem.first()
     jacobian, residual = problem.jacobian(variables), problem.residuals(variables)
     total = float(residual @ residual)
-    gains = {}
-    for j, i in enumerate(problem.free):
-        value = problem.model.values[i]
-        if value.term not in library() and value.key not in problem.model.varies:
-            gains[value.key] = gain_by_run(problem, jacobian, residual, j)
+    gains = {key: gain_by_run(problem, jacobian, residual, key) for key in may_vary(problem)}
     key = max(gains, key=lambda k: gains[k], default="")
     if not key or gains[key] < options.differing * total:
         return ()

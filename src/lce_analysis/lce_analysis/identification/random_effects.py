@@ -15,11 +15,14 @@ from numpy.typing import NDArray
 from lce_analysis.identification.least_squares import Optimum, levenberg_marquardt
 from lce_analysis.identification.problem import LOOSE, PARAMETER_STEP, Problem
 from lce_analysis.identification.uncertainty import calibrated
+from lce_data.channels import DISPLACEMENT
 from lce_data.progress import Progress
 from lce_model import RunValue
+from lce_model.effects import library
 
 Floats = NDArray[np.float64]
 
+ZERO_KEY: Final = "strip.zero"
 ROUNDS: Final = 3
 """Spreads that are tried at most."""
 SETTLED: Final = 1.3
@@ -84,22 +87,58 @@ def with_run_errors(problem: Problem) -> Problem:
     return replace(problem, model=problem.model.varying(varies))
 
 
-def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, j: int) -> float:
-    """What the squared residual (N,) would fall by with a value for each run of the free parameter ``j``.
+def heterogeneity(problem: Problem, key: str) -> float:
+    """Cochran's Q of the values of the runs, χ² of runs - 1 where all are one value but for their errors.
+
+    What all of them share does not count; each series counts by its own residual and correlation.
+    """
+    variables, runs = problem.first(), len(problem.inputs)
+    v = problem.varying.index(problem.free.index(problem.model.index(key)))
+    begin = len(problem.free) + v * runs
+    mine = slice(begin, begin + runs)
+    centre = np.eye(runs) - 1.0 / runs
+    covariance = _covariance(calibrated(problem), variables, 1.0)[mine, mine]
+    precision = np.linalg.pinv(centre @ covariance @ centre, rcond=1e-9, hermitian=True)
+    return float(variables[mine] @ precision @ variables[mine])
+
+
+def may_vary(problem: Problem) -> tuple[str, ...]:
+    """Parameters of the base model that might differ from run to run and do not yet: the free ones, and the zero of d.
+
+    The zero is the one that every run may have set anew, so it is tried although one for all runs is not fitted.
+    """
+    values = [problem.model.values[i] for i in problem.free]
+    if ZERO_KEY in problem.model and any(series.channel is DISPLACEMENT for series in problem.observed):
+        values.append(problem.model.values[problem.model.index(ZERO_KEY)])
+    found = dict.fromkeys(v.key for v in values if v.term not in library())
+    return tuple(key for key in found if key not in problem.model.varies)
+
+
+def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) -> float:
+    """What the squared residual (N,) would fall by with a value of the parameter ``key`` for each run.
 
     All is taken as linear, the other variables re-estimated; ``jacobian`` (N, variables) and ``residual`` are those at
     the least squares of the problem.
     """
+    place = problem.model.index(key)
+    if place in problem.free:
+        column = jacobian[:, problem.free.index(place)]
+    else:
+        rows = np.repeat(problem.model.vector[None], 2, axis=0)
+        rows[1, place] += PARAMETER_STEP
+        response = problem.response(rows)
+        column = (response[1] - response[0]) / PARAMETER_STEP
     run_of = np.concatenate([np.full(series.size, series.run) for series in problem.observed])
-    # The last run follows from the others and from the shared value.
-    apart = np.where(run_of[:, None] == np.arange(len(problem.inputs) - 1), jacobian[:, j, None], 0.0)
-    columns = np.column_stack([jacobian, apart])
-    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    with_it = np.linalg.lstsq(columns / norm, residual, rcond=1e-6)[0] / norm
-    without = np.linalg.lstsq(columns[:, : jacobian.shape[1]] / norm[: jacobian.shape[1]], residual, rcond=1e-6)[0]
-    rest = residual - columns @ with_it
-    before = residual - columns[:, : jacobian.shape[1]] @ (without / norm[: jacobian.shape[1]])
-    return max(0.0, float(before @ before - rest @ rest))
+    apart = np.where(run_of[:, None] == np.arange(len(problem.inputs)), column[:, None], 0.0)
+    before, after = (_left(columns, residual) for columns in (jacobian, np.column_stack([jacobian, apart])))
+    return max(0.0, before - after)
+
+
+def _left(columns: Floats, residual: Floats) -> float:
+    """Squared residual that a linear combination of the columns leaves."""
+    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    rest = residual - scaled @ np.linalg.lstsq(scaled, residual, rcond=1e-6)[0]
+    return float(rest @ rest)
 
 
 def _covariance(problem: Problem, variables: Floats, variance: float) -> Floats:
