@@ -29,13 +29,18 @@ class Unit:
     factor: float = 1.0
     offset: float = 0.0
 
+    @property
+    def is_si(self) -> bool:
+        """Whether values in it are those in SI: an array is then passed on, not copied, for a run may have millions."""
+        return self.factor == 1.0 and self.offset == 0.0
+
     def from_si(self, value: Value) -> Value:
         """A value in SI, or an array of them, in this unit."""
-        return value * self.factor + self.offset
+        return value if self.is_si else value * self.factor + self.offset
 
     def to_si(self, value: Value) -> Value:
         """A value in this unit, or an array of them, in SI."""
-        return (value - self.offset) / self.factor
+        return value if self.is_si else (value - self.offset) / self.factor
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -101,7 +101,7 @@ def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
         name=path.stem if path.is_file() else path.name,
         path=path,
         sha256=_digest(path),
-        series={c: Series(since_zero[id(s.time_s)], _in_si(c, s.value)) for c, s in series.items()},
+        series={c: Series(since_zero[id(s.time_s)], c.recorded.to_si(s.value)) for c, s in series.items()},
         experiment=experiment,
     )
 
@@ -135,12 +135,6 @@ def _check_values(path: Path, channel: Channel, value: Floats) -> None:
         raise LceError(f"{path}: {channel.name} around {median:.0f} {unit}; {channel.hint}")
     if high > channel.largest:
         raise LceError(f"{path}: {channel.name} of {high:g} {unit}; {channel.hint}")
-
-
-def _in_si(channel: Channel, value: Floats) -> Floats:
-    """Values (n,) in SI; the same array where they are recorded so, for a long run fills hundreds of megabytes."""
-    same = (channel.recorded.factor, channel.recorded.offset) == (1.0, 0.0)
-    return value if same else channel.recorded.to_si(value)
 
 
 def _digest(path: Path) -> str:

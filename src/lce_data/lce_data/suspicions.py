@@ -6,13 +6,14 @@ Every rule says what it saw and what to do. None changes the run.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.importing.plausible import LARGEST_POWER, SMALLEST_GAIN, is_in_milliseconds, response_time
-from lce_data.run import Run
+from lce_data.run import Run, Series
 from lce_data.units import KELVIN
 
 Floats = NDArray[np.float64]
@@ -23,6 +24,10 @@ GAP_STEPS, GAP_S = 20.0, 2.0
 """A gap is longer than so many median steps, and than this [s]."""
 ROOM_K: Final = (270.0, 330.0)
 """Numbers [°C] that a room has in kelvin."""
+ENOUGH: Final = 20_000
+"""Samples of a series that the rules look at, but for that on gaps."""
+GRID: Final = 1000
+"""Times at which power and temperature are compared."""
 LAGS: Final = np.geomspace(0.003, 0.3, 5)
 """Time constants that are tried to follow the power, as shares of the record."""
 
@@ -33,15 +38,16 @@ def suspicions(run: Run) -> tuple[str, ...]:
     They come before any fit: a time in ms, a power in mW, kelvin taken for °C, a displacement that falls while the
     temperature rises, a temperature that falls under power, a gap during which the power would be held.
     """
-    found = (
-        _milliseconds(run),
-        _milliwatts(run),
-        _kelvin(run),
-        _flipped_displacement(run),
-        _flipped_power(run),
-        _gap(run),
-    )
+    few = replace(run, series={channel: _thinned(series) for channel, series in run.series.items()})
+    rules = (_milliseconds, _milliwatts, _kelvin, _flipped_displacement, _flipped_power)
+    found = (*(rule(few) for rule in rules), _gap(run))
     return tuple(f"{run.name}: {sentence}" for sentence in found if sentence)
+
+
+def _thinned(series: Series) -> Series:
+    """Every so many samples of a long series, `ENOUGH` or up to twice as many."""
+    every = slice(None, None, max(1, series.time_s.size // ENOUGH))
+    return Series(series.time_s[every], series.value[every])
 
 
 def _milliseconds(run: Run) -> str:
@@ -103,9 +109,11 @@ def _flipped_displacement(run: Run) -> str:
 def _flipped_power(run: Run) -> str:
     if run.power is None or run.temperature is None:
         return ""
-    time_s, warm = run.temperature.time_s, run.temperature.value
+    measured_s = run.temperature.time_s
+    time_s = np.linspace(measured_s[0], measured_s[-1], GRID)
+    warm = np.interp(time_s, measured_s, run.temperature.value)
     held = run.power.value[np.maximum(np.searchsorted(run.power.time_s, time_s, side="right") - 1, 0)]
-    follows = [_correlation(warm, _lagged(time_s, held, share * float(np.ptp(time_s)))) for share in LAGS]
+    follows = [_correlation(warm, _lagged(held, share * GRID)) for share in LAGS]
     strongest = max(follows, key=abs)
     if strongest > OPPOSITE:
         return ""
@@ -119,27 +127,33 @@ def _gap(run: Run) -> str:
     """The longest interval in which nothing was recorded and the power was on before."""
     if run.power is None:
         return ""
-    time_s = np.unique(np.concatenate([series.time_s for series in run.series.values()]))
+    time_s = max((series.time_s for series in run.series.values()), key=len)
     steps = np.diff(time_s)
-    held = run.power.value[np.maximum(np.searchsorted(run.power.time_s, time_s[:-1], side="right") - 1, 0)]
-    long = steps > max(GAP_STEPS * float(np.median(steps)), GAP_S)
-    gaps = np.flatnonzero(long & (held > 0.02 * max(float(run.power.value.max()), 0.0)))
+    gaps = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
+    for series in run.series.values():  # another channel may have gone on
+        inside = [
+            np.searchsorted(series.time_s, time_s[gaps], "right"),
+            np.searchsorted(series.time_s, time_s[gaps + 1]),
+        ]
+        gaps = gaps[inside[0] == inside[1]]
+    held = run.power.value[np.maximum(np.searchsorted(run.power.time_s, time_s[gaps], side="right") - 1, 0)]
+    on = held > 0.02 * max(float(run.power.value.max()), 0.0)
+    gaps, held = gaps[on], held[on]
     if not gaps.size:
         return ""
-    i = int(gaps[np.argmax(steps[gaps])])
+    longest = int(np.argmax(steps[gaps]))
+    begin_s, end_s = time_s[gaps[longest]], time_s[gaps[longest] + 1]
     others = f", and {gaps.size - 1} more" if gaps.size > 1 else ""
     return (
-        f"nothing was recorded from {time_s[i]:.6g} to {time_s[i + 1]:.6g} s{others}, and {held[i]:.3g} W count as "
+        f"nothing was recorded from {begin_s:.6g} to {end_s:.6g} s{others}, and {held[longest]:.3g} W count as "
         "held for all that time. Split the recording there, or add a row with the power as it was"
     )
 
 
-def _lagged(time_s: Floats, value: Floats, tau_s: float) -> Floats:
-    """The value (n,), held between samples, behind a first-order lag."""
-    from scipy.signal import lfilter
-
-    keep = float(np.exp(-float(np.median(np.diff(time_s))) / max(tau_s, 1e-9)))
-    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], value - value[0]))
+def _lagged(value: Floats, tau: float) -> Floats:
+    """Evenly spaced values (n,) behind a first-order lag with a time constant of ``tau`` samples."""
+    response = np.exp(-np.arange(value.size) / tau)
+    return np.convolve(value - value[0], response)[: value.size]
 
 
 def _correlation(one: Floats, other: Floats) -> float:

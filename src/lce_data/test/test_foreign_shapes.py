@@ -43,7 +43,7 @@ def said(recording: Recording) -> dict[str, tuple[str, str]]:
 def test_the_columns_are_found(head: str, form: str, tmp_path: Path) -> None:
     recording = understood(tmp_path / "x.txt", head, form)
     assert recording.guesses == ()
-    run = recording.run()
+    run = recording.run
     assert run.power is not None and run.temperature is not None
     np.testing.assert_allclose(run.power.time_s, TIME_S)
     np.testing.assert_allclose(run.power.value, POWER_W)

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import NAMED_INPUT, Unit, channel_named
+from lce_data.channels import NAMED_INPUT, Channel, Unit, channel_named
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, experiment_of
 from lce_data.importing.headers import SI_UNITS, TIME, si_unit
@@ -99,7 +100,7 @@ class Signal:
     @property
     def value_si(self) -> Floats:
         """The values (n,) in SI, their sign flipped if it is to be."""
-        return self.unit.to_si(self.sign * self.value)
+        return self.unit.to_si(self.value if self.sign > 0 else -self.value)
 
     @property
     def pick(self) -> Pick:
@@ -155,14 +156,14 @@ class Recording:
         """The table of what was understood, under `HEAD`."""
         return [signal.row() for signal in self.signals]
 
+    @cached_property
     def run(self) -> Run:
         """The run that is written. Raises LceError if it could not be used."""
         series = {}
         for signal in self.signals:
             if signal.quantity != TIME:
-                there = np.isfinite(signal.value)
                 channel = channel_named(signal.quantity)
-                series[channel] = signal.time_s[there], channel.recorded.from_si(signal.value_si[there])
+                series[channel] = _samples(signal.time_s, channel.recorded.from_si(signal.value_si))
         return run_from(self.path, series, Experiment())
 
     @property
@@ -174,13 +175,13 @@ class Recording:
 
     def warnings(self) -> tuple[str, ...]:
         """What looks wrong, with the cure. Raises LceError if the run could not be used."""
-        return suspicions(self.run())
+        return suspicions(self.run)
 
     def check(
         self, folder: Path, conditions: Mapping[str, Any], overwrite: bool = False
     ) -> tuple[Path, Run, Experiment]:
         """The file that `write` would write, its run, and what is known of it. Raises LceError as `write` does."""
-        run = self.run()
+        run = self.run
         out = folder / f"{self.path.stem}.csv"
         if out.resolve() == self.path.resolve():
             raise LceError(f"{out} is the file that is read; choose another --out")
@@ -207,11 +208,33 @@ class Recording:
             If the run could not be used, a condition is no number, or a file exists and may not be replaced.
         """
         out, run, about = self.check(folder, conditions, overwrite)
-        times = {channel: np.round(series.time_s, MICROSECONDS) for channel, series in run.series.items()}
-        time_s = np.unique(np.concatenate([*times.values()]))
-        values = {channel: np.full(time_s.size, np.nan) for channel in run.series}
-        for channel, series in run.series.items():
-            values[channel][np.searchsorted(time_s, times[channel])] = series.value
+        time_s, values = _one_time(run)
         folder.mkdir(parents=True, exist_ok=True)
         write_run_csv(out, time_s, values, about)
         return out
+
+
+def _one_time(run: Run) -> tuple[Floats, dict[Channel, Floats]]:
+    """The times (n,) of all channels of a run, and each channel's values (n,) at them, NaN where it has no sample."""
+    rounded: dict[int, Floats] = {}  # channels of a table share their times
+    for series in run.series.values():
+        if id(series.time_s) not in rounded:
+            rounded[id(series.time_s)] = np.round(series.time_s, MICROSECONDS)
+    time_s = max(rounded.values(), key=len)
+    for others in rounded.values():
+        at = np.minimum(np.searchsorted(time_s, others), time_s.size - 1)
+        if (time_s[at] != others).any():
+            time_s = np.union1d(time_s, others)
+    values = {}
+    for channel, series in run.series.items():
+        values[channel] = series.value
+        if series.value.size != time_s.size:
+            values[channel] = np.full(time_s.size, np.nan)
+            values[channel][np.searchsorted(time_s, rounded[id(series.time_s)])] = series.value
+    return time_s, values
+
+
+def _samples(time_s: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """Times and values without those that are NaN."""
+    there = np.isfinite(value)
+    return (time_s, value) if there.all() else (time_s[there], value[there])

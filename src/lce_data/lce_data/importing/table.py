@@ -51,12 +51,12 @@ def read_table(path: Path, picks: Sequence[Pick] = ()) -> Recording:
     columns = {**{quantity: columns[quantity] for quantity in SI_UNITS if quantity in columns}, **columns}  # time first
     raw = read_columns(path, layout.table, [*columns.values()])
     filled = np.any([np.isfinite(values) for values in raw.values()], axis=0)  # spreadsheets end with rows of commas
-    raw = {name: values[filled] for name, values in raw.items() if np.isfinite(values).any()}
+    raw = {name: _only(values, filled) for name, values in raw.items() if np.isfinite(values).any()}
     columns = {quantity: name for quantity, name in columns.items() if name in raw}
     if columns[TIME] in layout.dated:
         raw[columns[TIME]] = _past_midnight(raw[columns[TIME]])
     kept, remarks = _rows_kept(path, raw[columns[TIME]], layout.table.first_row)
-    raw = {name: values[kept] for name, values in raw.items()}
+    raw = {name: _only(values, kept) for name, values in raw.items()}
     typed = {pick.quantity: pick.unit for pick in picks}
     time = raw[columns[TIME]]
     warm = raw.get(columns.get("temperature", ""))
@@ -109,6 +109,11 @@ def _by_header(
         if len(best) > 1 and quantity != TIME:
             rivals[quantity] = [name for name, _ in best[1:]]
     return found, rivals
+
+
+def _only(values: Floats, rows: NDArray[np.bool_]) -> Floats:
+    """The values in some rows; not copied if these are all."""
+    return values if rows.all() else values[rows]
 
 
 def _past_midnight(time: Floats) -> Floats:

@@ -21,7 +21,7 @@ def recording_figures(recording: Recording) -> Sequence[Block]:
     """What is left out, what looks wrong, and each channel over time."""
     blocks: list[Block] = [f"Left out: {', '.join(recording.left_out)}."] if recording.left_out else []
     try:
-        run, warnings = recording.run(), recording.warnings()
+        run, warnings = recording.run, recording.warnings()
     except LceError as error:
         return [*blocks, f"Cannot be imported so: {error}"]
     blocks += [f"{remark}." for remark in recording.remarks]
