@@ -15,7 +15,7 @@ from lce_model import default_model, load_model, save_model, simulate
 LCE = [sys.executable, "-m", "lce_app.cli.main"]
 
 
-SLOW = {"numba", "scipy", "numpy", "rosbags", "rclpy", "nicegui", "tqdm", "yaml"}
+SLOW = {"numba", "scipy", "numpy", "polars", "rosbags", "rclpy", "nicegui", "tqdm", "yaml"}
 """Packages that take long to import, all in all seconds."""
 
 
@@ -43,6 +43,7 @@ def test_help_names_every_command_and_imports_nothing_slow() -> None:
         ("compare nosuch.csv --model m.yaml", "nosuch.csv: no such file or folder"),
         ("fit nosuch.csv --out m.yaml", "nosuch.csv: no such file or folder"),
         ("diagnose nosuch.csv --model m.yaml", "nosuch.csv: no such file or folder"),
+        ("import nosuch.csv --out runs", "nosuch.csv: no such file or folder"),
         ("add creep nosuch.csv --model m.yaml --out m2.yaml", "nosuch.csv: no such file or folder"),
         ("design --model nosuch.yaml --between creep,radiation --out w.csv", "nosuch.yaml: cannot be read"),
         ("simulate --model nosuch.yaml --input pulse --out run.csv", "nosuch.yaml: cannot be read"),

@@ -12,7 +12,7 @@ import lce_data.bag.message_types, lce_data.waveforms
 try:
     read_run("nosuch.csv")
 except LceError:
-    print(*sorted(name for name in ("mcap", "rosbags", "scipy", "yaml", "pandas") if name in sys.modules))
+    print(*sorted(name for name in ("mcap", "polars", "rosbags", "scipy", "yaml", "pandas") if name in sys.modules))
 """
 
 
