@@ -58,7 +58,7 @@ def test_all_six_runs_are_imported_without_a_warning(said: list[str], place: Pat
     runs = read_runs(sorted((place / "heater").glob("*.csv")))
     assert sorted(run.name for run in runs) == sorted(heater.RUNS)
     assert [suspicions(run) for run in runs] == [()] * 6
-    assert runs[0].experiment.other["imported"]["columns"] == ["time=Time:s", "power=Q1:%", "temperature=T1:°C"]
+    assert runs[0].experiment.other["imported"]["columns"] == ["time=Time:s", "power=Q1:%", "temperature=T1:degC"]
 
 
 def test_the_comparison_is_the_quoted_one(said: list[str], quoted: list[str]) -> None:

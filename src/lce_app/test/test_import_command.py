@@ -34,7 +34,7 @@ def test_guesses_are_refused_where_nobody_can_be_asked(file: Path, capsys: pytes
     said = capsys.readouterr()
     assert "temperature?" in said.out and "°C?" in said.out
     assert (
-        "guessed of Q1 (column and unit), T1 (column and unit); --column power=Q1:% --column temperature=T1:°C says "
+        "guessed of Q1 (column and unit), T1 (column and unit); --column power=Q1:% --column temperature=T1:degC says "
         "the same, --yes takes every guess" in said.err
     )
     assert not (file.parent / "runs").exists()
@@ -74,9 +74,25 @@ def test_on_a_terminal_each_guess_is_asked_about(file: Path, monkeypatch: pytest
     monkeypatch.setattr("builtins.input", answer)
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     assert lce_import(file) == 0
-    assert asked == ["Q1 is the power in %? "] * 2 + ["T1 is the temperature in °C? "]
+    assert asked == ["Q1 is the power in %? "] * 2 + ["T1 is the temperature in degC? "]
     run = read_run(file.parent / "runs" / "day 1.csv")
     assert run.power is not None and run.power.value.max() == pytest.approx(0.1)
+
+
+def test_a_guess_that_cannot_be_is_asked_about_all_the_same(
+    file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = file.read_text(encoding="utf-8-sig").replace("Q1", "reading (x)")
+    file.write_text(text, encoding="utf-8")
+    answers = iter(["K"])
+    monkeypatch.setattr("builtins.input", lambda question: next(answers))
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    assert lce_import(file) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert "no laser power" in told[0] and "no laser power" in told[-1]
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False)
+    assert lce_import(file, "--column", "power=reading (x)") == 1
+    assert "--column 'power=reading (x):%' --column temperature=T1:degC says the same" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

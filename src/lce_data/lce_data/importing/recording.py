@@ -16,7 +16,7 @@ from lce_data.channels import NAMED_INPUT, Channel, Unit, channel_named
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, experiment_of
 from lce_data.importing.headers import SI_UNITS, TIME, si_unit
-from lce_data.importing.units import MEANING, unit_and_sign
+from lce_data.importing.units import MEANING, typed, unit_and_sign
 from lce_data.read_runs import run_from
 from lce_data.run import Run
 from lce_data.run_csv import write_run_csv
@@ -105,7 +105,7 @@ class Signal:
     @property
     def pick(self) -> Pick:
         """What a user would have said to the same effect."""
-        return Pick(self.quantity, self.source, f"{'-' if self.sign < 0 else ''}{self.unit.symbol}")
+        return Pick(self.quantity, self.source, f"{'-' if self.sign < 0 else ''}{typed(self.unit)}")
 
     def row(self) -> tuple[str, ...]:
         """A line of the table of what was understood, under `HEAD`; a question mark stands behind a guess."""

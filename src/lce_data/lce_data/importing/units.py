@@ -61,6 +61,11 @@ MEANING: Final = {
 """What is said of a unit that is no unit of the quantity, by SI unit and symbol."""
 
 
+def typed(unit: Unit) -> str:
+    """A unit as it is typed on any keyboard: ``degC``, ``um``."""
+    return unit.symbol.replace("°", "deg").replace("µ", "u")
+
+
 def units_of(si_unit: str) -> dict[Unit, tuple[str, ...]]:
     """Units of a quantity, by its SI unit, with their spellings in small letters."""
     return SPELLINGS.get(si_unit, {Unit(si_unit): (si_unit.casefold(),)})

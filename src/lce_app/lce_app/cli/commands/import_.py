@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,13 +105,15 @@ def _show(recording: Recording) -> None:
 
 def _ask(recording: Recording) -> tuple[Pick, ...]:
     """Decide each guess on the terminal. Raises LceError if there is no terminal to ask on."""
-    option = "topic" if recording.is_bag else "column"
+    option = "--topic" if recording.is_bag else "--column"
+    try:
+        _show(recording)
+    except LceError as error:  # another answer may put it right
+        print(f"lce: warning: {error}", file=sys.stderr)
     if not sys.stdin.isatty():
         asked = ", ".join(f"{signal.source} ({' and '.join(signal.guessed)})" for signal in recording.guesses)
-        _show(recording)
-        decided = " ".join(f"--{option} {signal.pick}" for signal in recording.guesses)
+        decided = shlex.join(word for signal in recording.guesses for word in (option, str(signal.pick)))
         raise LceError(f"{recording.path}: guessed of {asked}; {decided} says the same, --yes takes every guess")
-    _show(recording)
     print("Return takes a guess, a unit replaces that of the guess (-mm flips the sign), no leaves the column out.")
     return tuple(_decide(signal) for signal in recording.guesses)
 

@@ -16,10 +16,10 @@ from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
 from lce_app.workbench.state import WorkbenchState
 from lce_data.errors import LceError
-from lce_data.importing.headers import SI_UNITS
+from lce_data.importing.headers import SI_UNITS, si_unit
 from lce_data.importing.layout import find_layout
 from lce_data.importing.recording import HEAD, Pick, Recording
-from lce_data.importing.units import units_of
+from lce_data.importing.units import typed, units_of
 from lce_report.figures.recording import recording_figures
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class ImportTab:
                             ui.label(name)
                         with ui.element("td"):
                             quantity = signal.quantity if signal else LEFT_OUT
-                            chosen = ui.select([LEFT_OUT, *SI_UNITS], value=quantity)
+                            chosen = ui.select(list(dict.fromkeys([LEFT_OUT, *SI_UNITS, quantity])), value=quantity)
                             chosen.props(f'dense aria-label="what {name} is"').mark(f"quantity {name}")
                             chosen.on_value_change(partial(self._choose, name))
                         with ui.element("td"):
@@ -165,6 +165,6 @@ class ImportTab:
 
 def _unit_choices(quantity: str) -> dict[str, str]:
     """Units of a quantity as they are picked, and shown; a displacement may count the other way round."""
-    symbols = [unit.symbol for unit in units_of(SI_UNITS[quantity])]
-    flipped = {f"-{symbol}": f"{symbol}, sign flipped" for symbol in symbols} if quantity == "displacement" else {}
-    return {symbol: symbol for symbol in symbols} | flipped
+    units = {typed(unit): unit.symbol for unit in units_of(si_unit(quantity))}
+    flipped = {f"-{name}": f"{symbol}, sign flipped" for name, symbol in units.items()}
+    return {**units, **flipped} if quantity == "displacement" else units
