@@ -37,6 +37,7 @@ def said(recording: Recording) -> dict[str, tuple[str, str]]:
         ('"time_s","power_w","temperature_c"', '"{i}",{t},{p},{k}'),  # R, with nothing above the names of its rows
         ("time_s;power_w;temperature_c", "{t};{p};{k};"),  # a separator at the end of each row
         ("time_s,power_w,temperature_c,,", "{t},{p},{k},,"),  # a spreadsheet
+        ("# a: b\ntime_s power_w temperature_c", "{t} {p} {k}"),
         ("Rig 3\nRun\t7\n\ntime_s\tpower_w\ttemperature_c", "{t}\t{p}\t{k}"),  # LabVIEW
     ],
 )

@@ -70,7 +70,8 @@ def meaning(header: str) -> Meaning | None:
     words = _words(name)
     if not words or NOT_MEASURED & {word.casefold() for word in words}:
         return None
-    for quantity, known in WORDS.items():
+    for quantity in (*WORDS, *(name for name in SI_UNITS if name not in WORDS)):
+        known = WORDS.get(quantity, (quantity,))
         if quantity in SI_UNITS and {word.casefold() for word in words} & set(known):
             return Meaning(quantity, _unit(quantity, words, unit_text), certain=True)
     for quantity, symbol in LETTERS:

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from lce_data.columns import TableFormat
 from lce_data.errors import LceError
+from lce_data.importing.units import SPELLINGS, find_unit
 from lce_data.run_csv import note
 
 HEAD_LINES: Final = 200
@@ -135,7 +136,7 @@ def _names(rows: Sequence[Sequence[str]], lines: Sequence[str], first: int, sepa
     heads = [_cells(lines[i].lstrip("#%").strip(), separator) for i in above]
     heads = [_padded(head, rows[first:], width) for head in heads]
     heads = [head for head in heads if len(head) == width and not all(_is_number(cell) for cell in head if cell)]
-    if len(heads) == 2 and not all(len(cell.strip("[]()")) <= 4 for cell in heads[1]):
+    if len(heads) == 2 and not all(_is_unit(cell) for cell in heads[1]):
         heads = heads[1:]
     if len(heads) == 2:
         units = [cell.strip("[]()") for cell in heads[1]]
@@ -144,6 +145,11 @@ def _names(rows: Sequence[Sequence[str]], lines: Sequence[str], first: int, sepa
         names = list(heads[0]) if heads else [""] * width
     names = [name or f"column {i + 1}" for i, name in enumerate(names)]
     return [name if names.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(names)]
+
+
+def _is_unit(cell: str) -> bool:
+    text = cell.strip("[]()")
+    return text in ("", "-", "1") or any(find_unit(si_unit, text) for si_unit in SPELLINGS)
 
 
 def _padded(head: list[str], body: Sequence[Sequence[str]], width: int) -> list[str]:

@@ -87,10 +87,10 @@ def _time_unit(values: Floats, response: float | None) -> str:
 
 def is_in_milliseconds(time: Floats, response: float | None) -> bool:
     """Whether a time, taken for seconds, has steps of 1 s and more and a temperature that is too slow for them."""
-    step = float(np.median(np.diff(time)))
-    if response is None or step < 1.0:
+    if response is None:
         return False
-    return response > (SLOWEST_S if step < RARE_S else SLOW_S)
+    step = float(np.median(np.diff(time)))
+    return step >= 1.0 and response > (SLOWEST_S if step < RARE_S else SLOW_S)
 
 
 def response_time(time: Floats, value: Floats) -> float | None:
