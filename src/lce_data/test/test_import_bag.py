@@ -79,3 +79,19 @@ def test_a_topic_that_holds_no_number_of_that_name_is_told(text: str, told: str,
 def test_a_bag_without_a_topic_chosen_says_what_it_has(bag: Path) -> None:
     with pytest.raises(LceError, match=r"--topic QUANTITY=TOPIC says which topic holds what; it has /cam/temp"):
         read_foreign(bag)
+
+
+def test_what_is_not_picked_comes_from_the_topics_of_the_bench(tmp_path: Path) -> None:
+    plain = STORE.types["std_msgs/msg/Float64"]
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        names = ("/lce/laser/power", "/lce/displacement", "/lce/sim/displacement", "/box/heat")
+        connections = [writer.add_connection(name, "std_msgs/msg/Float64", typestore=STORE) for name in names]
+        for i in range(20):
+            for connection in connections:
+                message = STORE.serialize_cdr(plain(1e-3 * i), "std_msgs/msg/Float64")
+                writer.write(connection, 10**9 + 10**8 * i, message)
+    recording = read_foreign(tmp_path / "bag", (), picks("temperature=/box/heat:K"))
+    assert [signal.source for signal in recording.signals] == ["/box/heat", "/lce/displacement", "/lce/laser/power"]
+    assert recording.guesses == () and recording.left_out == ("/lce/sim/displacement",)
+    recording = read_foreign(tmp_path / "bag", (), picks("temperature=/box/heat:K", "displacement="))
+    assert [signal.quantity for signal in recording.signals] == ["temperature", "power"]

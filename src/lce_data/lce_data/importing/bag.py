@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,52 +12,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.bag.reader import Messages, read_topics
-from lce_data.channels import TEMPERATURE
+from lce_data.channels import CHANNELS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.importing.headers import TIME, si_unit
 from lce_data.importing.plausible import Hints, likely_unit
 from lce_data.importing.recording import UNIT, Pick, Recording, Signal
-from lce_data.importing.units import CELSIUS, unit_and_sign
+from lce_data.importing.units import CELSIUS, typed, unit_and_sign
 
 Floats = NDArray[np.float64]
 
 
 def read_bag_topics(path: Path, picks: Sequence[Pick]) -> Recording:
-    """Read chosen topics of a bag, timed by their header stamps, or by the log time of the bag if they have none.
+    """Read topics of a bag, timed by their header stamps, or by the log time of the bag if they have none.
 
     Parameters
     ----------
-    picks : the source of each is a topic, with the field behind a dot if the message has several numbers.
+    picks : the source of each is a topic, with the field behind a dot if the message has several numbers. Channels
+        that are not picked are taken from the topics of the bench if the bag has them.
 
     Raises
     ------
     LceError
         If the bag cannot be read, a topic is not in it, or a message has no such number; names what there is.
     """
-    topics = {pick.source.partition(".")[0] for pick in picks}
+    chosen = {pick.source.partition(".")[0] for pick in picks}
     types: dict[str, str] = {}
 
     def wanted(topic: str, type_name: str) -> bool:
         types[topic] = type_name
-        return topic in topics
+        return topic in chosen or _channel_of(topic, type_name) is not None
 
     found = read_topics(path, wanted)
-    read = {}
-    for pick in picks:
+    there = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items())) or "none"
+    signals = []
+    for pick in (*(p for p in picks if p.source), *_of_the_bench(path, picks, types)):
         topic, _, field = pick.source.partition(".")
         if pick.quantity == TIME or topic not in found:
-            there = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items()))
-            raise LceError(f"{path}: no topic for {pick}; it has {there or 'none'}")
-        read[pick] = _numbers(path, topic, field, found[topic])
-    if not read:
-        there = ", ".join(f"{name} ({kind})" for name, kind in sorted(types.items()))
-        raise LceError(f"{path}: --topic QUANTITY=TOPIC says which topic holds what; it has {there or 'none'}")
-    zero_s = min(time_s[0] for time_s, _ in read.values())
-    signals = tuple(
-        _signal(pick, types[pick.source.partition(".")[0]], time_s - zero_s, value)
-        for pick, (time_s, value) in read.items()
-    )
-    return Recording(path, signals, tuple(sorted(types.keys() - topics)))
+            raise LceError(f"{path}: no topic for {pick}; it has {there}")
+        signals.append(_signal(pick, types[topic], *_numbers(path, topic, field, found[topic])))
+    if not signals:
+        raise LceError(f"{path}: --topic QUANTITY=TOPIC says which topic holds what; it has {there}")
+    zero_s = min(signal.time_s[0] for signal in signals)
+    signals = [replace(signal, time_s=signal.time_s - zero_s) for signal in signals]
+    used = {signal.source.partition(".")[0] for signal in signals}
+    return Recording(path, tuple(signals), tuple(sorted(types.keys() - used)))
+
+
+def _channel_of(topic: str, type_name: str) -> Channel | None:
+    """The channel that a topic of the bench holds, in whatever namespace; not what the simulator knows of it."""
+    if "/sim/" in topic:
+        return None
+    return next((c for c in CHANNELS if f"/{topic}".endswith(f"/{c.topic}") and type_name == c.message), None)
+
+
+def _of_the_bench(path: Path, picks: Sequence[Pick], types: Mapping[str, str]) -> list[Pick]:
+    """Picks of the channels that the user said nothing of. Raises LceError if two topics may hold one of them."""
+    said = {pick.quantity for pick in picks}
+    found: dict[str, Pick] = {}
+    for topic, type_name in sorted(types.items()):
+        channel = _channel_of(topic, type_name)
+        if channel is None or channel.name in said:
+            continue
+        if channel.name in found:
+            both = f"{found[channel.name].source} and {topic}"
+            raise LceError(f"{path}: {both} may be the {channel.name}; --topic {channel.name}=TOPIC picks one")
+        found[channel.name] = Pick(channel.name, topic, typed(channel.recorded))
+    return list(found.values())
 
 
 def _signal(pick: Pick, type_name: str, time_s: Floats, value: Floats) -> Signal:
