@@ -49,33 +49,46 @@ def read_table(path: Path, picks: Sequence[Pick] = ()) -> Recording:
     if TIME not in columns:
         raise LceError(f"{path}: no column looks like a time; --column time=NAME:UNIT names it: {_listed(layout)}")
     columns = {**{quantity: columns[quantity] for quantity in SI_UNITS if quantity in columns}, **columns}  # time first
-    raw = read_columns(path, layout.table, [*columns.values()])
-    filled = np.any([np.isfinite(values) for values in raw.values()], axis=0)  # spreadsheets end with rows of commas
-    raw = {name: _only(values, filled) for name, values in raw.items() if np.isfinite(values).any()}
-    columns = {quantity: name for quantity, name in columns.items() if name in raw}
-    if columns[TIME] in layout.dated:
-        raw[columns[TIME]] = _past_midnight(raw[columns[TIME]])
-    kept, remarks = _rows_kept(path, raw[columns[TIME]], layout.table.first_row)
-    raw = {name: _only(values, kept) for name, values in raw.items()}
+    raw, rows_changed = _read_rows(path, layout, columns)
+    hints = _hints(raw[TIME], raw.get("temperature"))
     typed = {pick.quantity: pick.unit for pick in picks}
-    time = raw[columns[TIME]]
-    warm = raw.get(columns.get("temperature", ""))
-    hints = Hints() if warm is None else Hints("", float(np.nanmax(warm) - np.nanmin(warm)), response_time(time, warm))
     signals: list[Signal] = []
-    for quantity, name in columns.items():
+    for quantity, value in raw.items():
+        name = columns[quantity]
         said = found[quantity][1] if quantity in found else _said(name, quantity)
         about = replace(hints, header=name)
-        unit, sign, known = _unit(quantity, typed.get(quantity, ""), said, name in layout.dated, raw[name], about)
+        unit, sign, known = _unit(quantity, typed.get(quantity, ""), said, name in layout.dated, value, about)
         guessed = (COLUMN,) * (quantity in found and (not found[quantity][1].certain or quantity in rivals))
         guessed += () if known else (UNIT,)
-        time_s = unit.to_si(time - time[0]) if quantity == TIME else signals[0].time_s
-        signals.append(Signal(quantity, name, unit, sign, guessed, time_s, raw[name]))
+        time_s = unit.to_si(value - value[0]) if quantity == TIME else signals[0].time_s
+        signals.append(Signal(quantity, name, unit, sign, guessed, time_s, value))
     left_out = tuple(
         f"{name} (may be the {rival} as well)" if (rival := _rival(name, rivals)) else name
         for name in layout.table.names
-        if name not in columns.values()
+        if name not in (signal.source for signal in signals)
     )
-    return Recording(path, tuple(signals), left_out, remarks, layout.notes)
+    return Recording(path, tuple(signals), left_out, rows_changed, layout.notes)
+
+
+def _read_rows(path: Path, layout: Layout, columns: dict[str, str]) -> tuple[dict[str, Floats], tuple[str, ...]]:
+    """Values (n,) as in the file of each quantity that has any, the time first, and a sentence on rows left out."""
+    read = read_columns(path, layout.table, [*columns.values()])
+    filled = np.any([np.isfinite(values) for values in read.values()], axis=0)  # spreadsheets end with rows of commas
+    raw = {q: _only(read[name], filled) for q, name in columns.items() if np.isfinite(read[name]).any()}
+    if TIME not in raw:
+        raise LceError(f"{path}: the column {columns[TIME]!r}, taken for the time, is empty")
+    if columns[TIME] in layout.dated:
+        raw[TIME] = _past_midnight(raw[TIME])
+    kept, sentences = _rows_kept(path, raw[TIME], layout.table.first_row)
+    return {quantity: _only(values, kept) for quantity, values in raw.items()}, sentences
+
+
+def _hints(time: Floats, temperature: Floats | None) -> Hints:
+    """What the temperature tells of the units of other columns."""
+    if temperature is None:
+        return Hints()
+    warming = float(np.nanmax(temperature) - np.nanmin(temperature))
+    return Hints(warming=warming, response=response_time(time, temperature))
 
 
 def _picked(path: Path, layout: Layout, pick: Pick) -> str:
