@@ -90,7 +90,8 @@ def _variation(step: VariationStep, model: Model) -> str:
     unit = "" if value.unit == "1" else f" {value.unit}"
     return (
         f"{step.key} ({value.parameter.description}) differs from run to run: {by_run[low].value:.4g}{unit} in {low} "
-        f"to {by_run[high].value:.4g}{unit} in {high}; {outcome(step.held_out, '')}."
+        f"to {by_run[high].value:.4g}{unit} in {high}; {outcome(step.held_out, '')}. "
+        f"`lce fit --varies {step.key}` gives each run its own."
     )
 
 
