@@ -34,7 +34,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("shift", "m", 0.0, -5e-3, 5e-3, "shift d_0", "plausible, no source found"),
         Parameter("time", "s", 20.0, 0.0, 1e7, "time t_0 since the beginning", "any", scale="asinh", knee=1.0),
-        Parameter("over", "s", 5.0, 0.0, 1e5, "time Δ that the slip takes", "any", scale="asinh", knee=0.1),
+        Parameter("over", "s", 5.0, 0.0, 10.0, "time Δ that the slip takes", "longer, it is a drift", "asinh", 0.1),
     ),
     states=("elapsed",),
     outputs=("measured_displacement",),
@@ -42,6 +42,6 @@ EFFECT = Effect(
     step=step,
     strength="shift",
     typical=1e-4,
-    grid=(("time", (0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95)),),
+    grid=(("time", tuple(0.025 + 0.05 * i for i in range(20))),),
     in_durations=("time",),
 )
