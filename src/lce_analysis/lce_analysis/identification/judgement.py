@@ -48,8 +48,9 @@ DEFORMATION: Final = ("equilibrium", "kinetic", "prandtl_ishlinskii", "bouc_wen"
 """Built-in models of the displacement that are identified in seconds."""
 SAMPLES: Final = 3000
 """Samples of each series of a run that are compared, at most."""
-QUICK: Final = {"random_guesses": 400, "starts": 4}
-"""A search that is to compare models, not to publish one."""
+GUESSES: Final = 400
+STARTS: Final = 4
+"""Of a search that is to compare models, not to publish one."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,7 @@ def _compared(
     models = _thermal(model) if own.channel is TEMPERATURE else _deformation(model)
     usable = [_thinned(run) for run in runs if own.channel in run.series]
     folds = tuple(_folds(usable, own.channel))
-    quick = replace(options, **QUICK)
+    quick = replace(options, random_guesses=GUESSES, starts=STARTS)
     tasks = [partial(_errors, m, fold, own.channel, quick) for _, _, m in models for fold in folds]
     sums = np.array(list(each(tasks, "built-in models", progress))).reshape(len(models), len(folds), 2).sum(axis=1)
     errors = [math.sqrt(e / total) if total > 0.0 else math.nan for e, total in sums.tolist()]

@@ -86,10 +86,10 @@ class FittedModel:
 
     result: FitResult
     file: Path
-    at_bounds: tuple[AtBound, ...] = ()
-    judgements: tuple[ChannelJudgement, ...] = ()
     profiles: tuple[Profile, ...] = ()
     bootstrap: Bootstrap | None = None
+    at_bounds: tuple[AtBound, ...] = ()
+    judgements: tuple[ChannelJudgement, ...] = ()
 
     @property
     def faults(self) -> tuple[str, ...]:
