@@ -9,6 +9,8 @@ import yaml
 from scipy.signal import lsim
 
 from lce_app.cli.main import main as lce
+from lce_app.use_cases.fit import ModelChoice, fit
+from lce_model import load_model
 
 LAG_S = 30.0
 
@@ -64,6 +66,21 @@ def test_a_bound_is_told_widened_and_kept(late: Path, capsys: pytest.CaptureFixt
     entry = parameters["camera_lag"]["tau"]
     assert entry["bounds"] == [0.0, 100.0]
     assert entry["value"] == pytest.approx(LAG_S, abs=1.0)
+
+
+def test_ctrl_c_ends_the_comparison_and_leaves_the_fit(late: Path) -> None:
+    out = late.with_suffix(".yaml")
+
+    def stop_once_the_file_stands(label: str, done: int, total: int, rms: float) -> None:
+        if out.exists():
+            raise KeyboardInterrupt
+
+    choice = ModelChoice(deformation="none")
+    fits = fit([late], out, choice, progress=stop_once_the_file_stands)
+    (fitted,) = fits.models
+    assert not fits.interrupted and fitted.judgements == ()
+    assert load_model(out)["lumped.tau"] == fitted.result.model["lumped.tau"]
+    assert "not_described" not in load_model(out).fit
 
 
 @pytest.mark.parametrize(

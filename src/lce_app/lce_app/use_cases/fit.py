@@ -230,19 +230,18 @@ def _judged(fitted: FittedModel, options: Options, progress: Progress) -> Fitted
     result = fitted.result
     if result.interrupted:
         return fitted
+    record = dict(result.model.fit)
     runs = [run_input.run for run_input in result.problem.inputs]
     try:
-        fitted = replace(fitted, at_bounds=at_bounds(result.problem, progress))
+        bounds = at_bounds(result.problem, progress)
+        record["at_bounds"] = [bound.sentence for bound in bounds]
+        fitted = replace(fitted, at_bounds=bounds)
         if options.judged:
             found = judge(result, runs, options.search, progress, compared=not options.per_run)
+            record["not_described"] = [judgement.as_json() for judgement in found]
             fitted = replace(fitted, judgements=found)
     except KeyboardInterrupt:
         pass
-    record = {
-        **result.model.fit,
-        "at_bounds": [bound.sentence for bound in fitted.at_bounds],
-        "not_described": [judgement.as_json() for judgement in fitted.judgements],
-    }
     return replace(fitted, result=replace(result, model=replace(result.model, fit=MappingProxyType(record))))
 
 
