@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
 
-from lce_analysis.inputs import acting, check_inputs
+from lce_analysis.inputs import acting, check_inputs, without_noise
 from lce_analysis.options import Drive, FitOptions
 from lce_data.channels import AMBIENT, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
@@ -82,7 +82,7 @@ class SimulationInput:
     @cached_property
     def inputs(self) -> Mapping[Channel, Floats]:
         """The optional inputs of the run on the grid (n,) [SI]: straight between samples, and the ends hold."""
-        return {c: np.interp(self.time_s, series.time_s, series.value) for c, series in self.run.inputs.items()}
+        return {c: np.interp(self.time_s, s.time_s, without_noise(s)) for c, s in self.run.inputs.items()}
 
     def columns(self, channels: Sequence[Channel]) -> Floats:
         """Optional inputs as the kernel takes them (n, channels); NaN where the run lacks one."""

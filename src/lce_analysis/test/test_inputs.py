@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis import diagnose
 from lce_analysis.identification import fit
-from lce_analysis.inputs import differs_between_runs_only, lacks
+from lce_analysis.inputs import differs_between_runs_only, lacks, without_noise
 from lce_analysis.prediction import predict, simulation_input
 from lce_data.channels import AMBIENT, DISPLACEMENT, LOAD, TEMPERATURE, Channel, named_input
 from lce_data.errors import LceError
 from lce_data.experiment_file import experiment_of
 from lce_data.run import Run, Series
-from lce_model import Model, default_model
+from lce_model import Model, default_model, simulate
 from lce_model.effects import find
 
 Floats = NDArray[np.float64]
@@ -82,6 +82,33 @@ def test_a_load_that_varies_is_used() -> None:
     assert found["load_stretch.compliance"] == pytest.approx(COMPLIANCE, rel=0.1)
     later = _with(recorded("later", 0.02 + 1e-3 * TIME, seed=3), {LOAD: 0.02 + 1e-3 * TIME})
     assert _error(found, [later], DISPLACEMENT) < 0.02 < _error(without, [later], DISPLACEMENT)
+
+
+@pytest.mark.parametrize("deformation", ["equilibrium", "dynamic"])
+@pytest.mark.parametrize("load", [0.05 + 0.04 * np.sin(TIME / 6.0), np.full(TIME.size, 0.08)], ids=["sways", "rests"])
+def test_noise_of_a_load_cell_does_not_turn_the_branch(deformation: str, load: Floats) -> None:
+    model = default_model("lumped", deformation).configured({"load_shift.shift": 40.0})
+    noisy = load + 1e-3 * np.random.default_rng(7).standard_normal(TIME.size)
+    true, found, raw = (
+        simulate(model, TIME, _power(1), inputs={LOAD: values}).displacement_m
+        for values in (load, without_noise(Series(TIME, noisy)), noisy)
+    )
+    assert np.std(found - true) < 0.1 * np.std(raw - true)
+
+
+@pytest.mark.parametrize(
+    "load",
+    [0.05 + 0.04 * np.sin(TIME / 6.0), 0.03 * np.floor(TIME / 20.0) + 0.01, np.full(TIME.size, 0.1), np.ones(5)],
+    ids=["sine", "steps", "constant", "few"],
+)
+def test_an_input_without_noise_stays_as_it_is(load: Floats) -> None:
+    np.testing.assert_array_equal(without_noise(Series(TIME[: load.size], load)), load)
+
+
+def test_a_load_that_changes_as_fast_as_it_is_sampled_is_not_smoothed_away() -> None:
+    fast = np.sin(2.0 * np.pi * TIME / 0.5)  # ten samples a period
+    noisy = fast + 1e-3 * np.random.default_rng(7).standard_normal(TIME.size)
+    assert np.abs(without_noise(Series(TIME, noisy)) - fast).max() < 6e-3
 
 
 def test_a_room_that_was_measured_is_used() -> None:
