@@ -112,7 +112,7 @@ def with_variation(problem: Problem, key: str) -> Problem:
 
 def _promised(stage: StageProblem, key: str) -> float:
     """The gain that the Jacobian promises."""
-    return gain_by_run(stage.fit.problem, stage.fit.jacobian, stage.fit.residual, key)
+    return gain_by_run(stage.fit.problem, stage.fit.jacobian, stage.fit.residual, key)[0]
 
 
 def _judged(trial: VariationTrial, left_out: DataLeftOut, options: DiagnoseOptions) -> VariationTrial:

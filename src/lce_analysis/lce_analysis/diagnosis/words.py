@@ -102,8 +102,28 @@ def _step(step: Step) -> Iterator[str]:
         f"With it {step.actual_reduction:.0%} of the squared error above the noise goes "
         f"({step.predicted_reduction:.0%} was predicted before the refit)."
     )
+    yield from _since(step)
     if others:
         yield f"These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
+
+
+def _since(step: Step) -> Iterator[str]:
+    """From when on an effect acts that begins at a time of its own."""
+    effect, model = step.trial.effect, step.with_it.model
+    for name in effect.in_durations:
+        value = model.values[model.index(effect.strength_key)]
+        unit = "" if value.unit == "1" else f" {value.unit}"
+        at_s = model[f"{effect.name}.{name}"]
+        yield f"From {_clock(at_s)} on, {value.parameter.description} is {value.value:.3g}{unit}."
+
+
+def _clock(time_s: float) -> str:
+    """A time as people say it: 42 s, 12 min 5 s, 3 h 12 min."""
+    minutes, seconds = divmod(round(time_s), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {seconds} s" if minutes else f"{time_s:.3g} s"
 
 
 def _stage_at_fault(found: Diagnosis) -> Iterator[str]:

@@ -4,6 +4,8 @@
 The same promise begins the trials of :mod:`lce_analysis.diagnosis.variation`; here nothing is refitted.
 """
 
+import numpy as np
+
 from lce_analysis.identification.problem import Problem
 from lce_analysis.identification.random_effects import gain_by_run, may_vary
 from lce_analysis.options import FitOptions
@@ -19,11 +21,14 @@ def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str
     variables = problem.first()
     jacobian, residual = problem.jacobian(variables), problem.residuals(variables)
     total = float(residual @ residual)
-    gains = {key: gain_by_run(problem, jacobian, residual, key) for key in may_vary(problem)}
-    key = max(gains, key=lambda k: gains[k], default="")
-    if not key or gains[key] < options.differing * total:
+    promises = {key: gain_by_run(problem, jacobian, residual, key) for key in may_vary(problem)}
+    key = max(promises, key=lambda k: promises[k][0], default="")
+    if not key or promises[key][0] < options.differing * total:
         return ()
+    gain, changes = promises[key]
+    farthest = problem.inputs[int(np.argmax(np.abs(changes - np.median(changes))))].run.name
     return (
-        f"one value of {key} does not serve all runs: with a value for each about {gains[key] / total:.0%} of the "
-        f"squared error would go. Fit again with --varies {key}, or ask `lce diagnose` what differs",
+        f"one value of {key} does not serve all runs: with a value for each about {gain / total:.0%} of the squared "
+        f"error would go; farthest from the others is {farthest}. Fit again with --varies {key}, or ask `lce diagnose` "
+        "what differs and what is missing",
     )

@@ -114,11 +114,12 @@ def may_vary(problem: Problem) -> tuple[str, ...]:
     return tuple(key for key in found if key not in problem.model.varies)
 
 
-def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) -> float:
+def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) -> tuple[float, Floats]:
     """What the squared residual (N,) would fall by with a value of the parameter ``key`` for each run.
 
     All is taken as linear, the other variables re-estimated; ``jacobian`` (N, variables) and ``residual`` are those at
-    the least squares of the problem.
+    the least squares of the problem. The second are the changes (runs,) of the values, on the scale of the search and
+    up to a number that all share.
     """
     place = problem.model.index(key)
     if place in problem.free:
@@ -130,15 +131,17 @@ def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) 
         column = (response[1] - response[0]) / PARAMETER_STEP
     run_of = np.concatenate([np.full(series.size, series.run) for series in problem.observed])
     apart = np.where(run_of[:, None] == np.arange(len(problem.inputs)), column[:, None], 0.0)
-    before, after = (_left(columns, residual) for columns in (jacobian, np.column_stack([jacobian, apart])))
-    return max(0.0, before - after)
+    before, _ = _removed(jacobian, residual)
+    after, step = _removed(np.column_stack([jacobian, apart]), residual)
+    return max(0.0, before - after), step[jacobian.shape[1] :]
 
 
-def _left(columns: Floats, residual: Floats) -> float:
-    """Squared residual that a linear combination of the columns leaves."""
-    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    rest = residual - scaled @ np.linalg.lstsq(scaled, residual, rcond=1e-6)[0]
-    return float(rest @ rest)
+def _removed(columns: Floats, residual: Floats) -> tuple[float, Floats]:
+    """Squared residual that the best step along the columns leaves, and the step."""
+    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    step = -np.linalg.lstsq(columns / norm, residual, rcond=1e-6)[0] / norm
+    rest = residual + columns @ step
+    return float(rest @ rest), step
 
 
 def _covariance(problem: Problem, variables: Floats, variance: float) -> Floats:

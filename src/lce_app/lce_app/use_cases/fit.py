@@ -102,7 +102,7 @@ class FittedModel:
 class Fits:
     """What was fitted: one model, or one for each run.
 
-    warnings : a sentence for each stage that the runs say nothing of, and for each run that looks like another strip.
+    warnings : a sentence for each stage that the runs say nothing of, and one if a value does not serve all runs.
     """
 
     models: tuple[FittedModel, ...]
