@@ -48,11 +48,12 @@ def test_where_the_model_is_nearly_linear_the_profile_is_the_standard_error(heat
 
 
 def test_a_parameter_without_effect_has_an_open_profile() -> None:
-    """Far below its transition a strip says nothing of the width of its loop."""
+    """Far below its transition a strip says nothing of the width of its loop, which does not reach down to it."""
     far = {"kinetic.t_c": 450.0, "kinetic.width_spread": 0.0}
     model = default_model("lumped", "kinetic").set({**TRUTH, "lumped.gain": 1.0, **far})
     keys = [v.key for v in model.values if v.key not in ("kinetic.half_width", "stretch_law.alpha")]
-    result = fit(model.fix(keys), [recorded(model, 1)])
+    narrow = model.fix(keys).hold({"kinetic.half_width": (0.05, 30.0)})
+    result = fit(narrow, [recorded(model, 1)])
     by_key = {p.key: p for p in profiles(result.problem, quiet)}
     width = by_key["kinetic.half_width"]
     assert width.low is None and width.high is None
