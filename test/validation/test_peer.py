@@ -64,7 +64,7 @@ def test_whitening_finds_the_noise_that_was_put_in() -> None:
 
 def test_starts_cover_the_grid_with_both_signs() -> None:
     def strengths(name: str) -> list[float]:
-        return [setting[find(name).strength_key] for setting in peer_calibration.settings(find(name))]
+        return [setting[find(name).strength_key] for setting in peer_calibration.settings(find(name), 60.0)]
 
     assert strengths("emissivity_error") == pytest.approx([0.001, -0.001, 0.01, -0.01, 0.05, -0.05])
     assert len(strengths("creep")) == 4 * 3

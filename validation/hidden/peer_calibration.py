@@ -167,7 +167,7 @@ def starts(before: Calibrated, after: Problem, effect: Effect) -> list[Floats]:
         shifts = np.asarray(np.linalg.lstsq(held, target.T)[0].T, dtype=np.float64)
         return shifts, residuals + shifts @ before.slopes.T
 
-    tried = list(settings(effect))
+    tried = list(settings(effect, _longest_s(after)))
     _, (here,) = made_up_for(before.problem.residuals(before.problem.first())[None])
     _, left = made_up_for(responses(after, tried))
     spec, weakest = effect.parameter(effect.strength), STRENGTHS[0] * abs(effect.typical - effect.null)
@@ -186,14 +186,19 @@ def starts(before: Calibrated, after: Problem, effect: Effect) -> list[Floats]:
     return [reached[k][1] for k in sorted(range(len(reached)), key=lambda k: (k not in first, k))]
 
 
-def settings(effect: Effect) -> Iterator[dict[str, float]]:
+def settings(effect: Effect, duration_s: float) -> Iterator[dict[str, float]]:
     """Where the parameters of an effect start: every value of its grid, several strengths, both signs."""
     names = [f"{effect.name}.{name}" for name, _ in effect.grid]
     sides = (1.0,) if effect.one_sided else (1.0, -1.0)
-    for values in itertools.product(*(values for _, values in effect.grid)):
+    for values in itertools.product(*effect.grid_of(duration_s).values()):
         for part, side in itertools.product(STRENGTHS, sides):
             strength = effect.null + part * side * (effect.typical - effect.null)
             yield dict(zip(names, values, strict=True)) | {effect.strength_key: strength}
+
+
+def _longest_s(problem: Problem) -> float:
+    """Duration of the longest run [s]."""
+    return max(float(run_input.time_s[-1]) for run_input in problem.inputs)
 
 
 def responses(problem: Problem, tried: Sequence[Mapping[str, float]]) -> Floats:
@@ -230,7 +235,7 @@ def whitened(base: Calibrated, effects: Sequence[Effect]) -> Calibrated:
         target = problem.residuals(problem.first())
         columns = [problem.jacobian(problem.first())]
         for effect in effects:
-            there = responses(with_effect(problem, effect), list(settings(effect)))
+            there = responses(with_effect(problem, effect), list(settings(effect, _longest_s(problem))))
             columns.append((there - target).T)
         table = np.hstack(columns)
         table /= np.maximum(np.linalg.norm(table, axis=0), 1e-12)

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lce_analysis.diagnosis.diagnosis import ErrorTable, columns, error_table, errors
+from lce_analysis.diagnosis.diagnosis import ErrorTable, bounds_reached, columns, error_table, errors
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.ranking import REASON
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.words import outcome
-from lce_analysis.identification.at_bounds import AtBound, at_bounds
+from lce_analysis.identification.at_bounds import AtBound
 from lce_analysis.identification.result import FitResult
 from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, FitOptions
@@ -134,15 +134,8 @@ def add_effect(
         objection=objection,
         train=error_table(search, models, search.data.judged),
         test=error_table(search, models, search.tests),
-        at_bounds=_at_bounds(search),
+        at_bounds=bounds_reached(search),
     )
-
-
-def _at_bounds(search: Search) -> tuple[AtBound, ...]:
-    """Of the parameters of all stages; the part that has the last word on a parameter knows its bound."""
-    stages = [p for p in (*search.present.heat[:1], search.present.deformation) if p is not None]
-    found = [bound for stage in stages for bound in at_bounds(stage.fit.problem, search.progress)]
-    return tuple({bound.key: bound for bound in found}.values())
 
 
 def _recorded(model: Model, search: Search, runs: Sequence[Run], history: Sequence[Mapping[str, Any]]) -> Model:

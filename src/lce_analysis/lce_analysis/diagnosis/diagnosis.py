@@ -17,6 +17,7 @@ from lce_analysis.diagnosis.stage_problem import Part, StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.words import in_words
+from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
@@ -63,6 +64,7 @@ class Diagnosis:
         the parameters that were found to differ from run to run.
     candidates : one per effect of the library, sorted by what decides.
     not_examined : the effects that read what these runs did not record, and which it is, in words.
+    at_bounds : parameters that the final model has at a bound; not looked for where nothing is missing.
     rest : what the residual still depends on, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
     train, test : the errors of the three models.
@@ -82,6 +84,7 @@ class Diagnosis:
     accepted: tuple[Accepted, ...]
     candidates: tuple[Candidate, ...]
     not_examined: Mapping[str, str]
+    at_bounds: tuple[AtBound, ...]
     rest: tuple[Dependence, ...]
     fingerprint: str
     train: ErrorTable
@@ -256,6 +259,7 @@ def diagnose(
         accepted=tuple(search.accepted),
         candidates=ranking(search),
         not_examined=not_examined,
+        at_bounds=() if verdict == "adequate" else bounds_reached(search),
         rest=rest,
         fingerprint=fingerprint if verdict == "unexplained" else "",
         train=train,
@@ -291,6 +295,13 @@ def _at_fault(base: StagedFit, options: DiagnoseOptions) -> Part | None:
         return None
     heat = TEMPERATURE in beyond
     return ("heat" if beyond == {TEMPERATURE} else "both") if heat else "deformation"
+
+
+def bounds_reached(search: Search) -> tuple[AtBound, ...]:
+    """Of the parameters of all stages; the part that has the last word on a parameter knows its bound."""
+    stages = [p for p in (*search.present.heat[:1], search.present.deformation) if p is not None]
+    found = [bound for stage in stages for bound in at_bounds(stage.fit.problem, search.progress)]
+    return tuple({bound.key: bound for bound in found}.values())
 
 
 def columns(search: Search, given: Model) -> Mapping[Column, Model]:

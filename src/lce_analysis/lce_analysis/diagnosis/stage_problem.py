@@ -241,5 +241,9 @@ def _free(whole: Model, model: Model, heat: bool | None = None) -> tuple[int, ..
 
 
 def _starts(model: Model, data: Data) -> Floats:
-    ambient = float("nan") if model.thermal == "none" else model["ambient.t_env"]
-    return np.array([p.start_k if np.isfinite(p.start_k) else ambient for p in data.inputs])
+    """Where each run starts; the temperature of its surroundings where none was measured."""
+    if model.thermal == "none":
+        return np.array([p.start_k for p in data.inputs])
+    return np.array(
+        [p.start_k if np.isfinite(p.start_k) else p.at_rest_k(model, model.vector[None])[0] for p in data.inputs]
+    )

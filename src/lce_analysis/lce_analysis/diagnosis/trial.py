@@ -158,10 +158,13 @@ def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, op
 
 
 def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool:
-    """Is the strength of the runs one strength, as far as their errors can tell, and that of all of them together?"""
+    """Is the strength of the runs one strength, as far as their errors can tell, and that of all of them together?
+
+    Where the effect reads what is one number in every run, no run by itself shows a strength: nothing is asked.
+    """
+    if differs_between_runs_only(trial.effect, [i.run for i in trial.fit.problem.inputs]):
+        return True
     mean, null = strengths.mean, trial.effect.null
     distance = abs(strengths.overall.value - mean.value)
     alike = distance <= max(options.agreement * mean.standard_error, options.alike * abs(mean.value - null))
-    if differs_between_runs_only(trial.effect, [i.run for i in trial.fit.problem.inputs]):
-        return alike
     return alike and abs(mean.value - null) > options.agreement * mean.standard_error

@@ -33,7 +33,7 @@ class Trials:
     def likely(self, stages: Sequence[StageProblem]) -> list[Trial]:
         """The candidates that promise most, refitted, not judged yet; the best first."""
         trials: list[Trial] = []
-        for stage in stages:
+        for stage in (s for s in stages if s.candidates):
             tested = self._tested(stage)
             trials += self._refitted(stage, tested, self._promising(stage, tested.scores))
         return sorted(trials, key=self._lost)
@@ -72,7 +72,8 @@ class Trials:
         """The effects that explain the same: refitted nearly as well, or collinear and never refitted."""
         inflation = best.strengths.inflation if best.strengths else 1.0
         threshold = 2.0 * math.log(self.options.min_likelihood_ratio) * inflation
-        close = [t.effect.name for t in trials if t.stage.part == best.stage.part and best.gain - t.gain < threshold]
+        rivals = [t for t in trials if t.stage.part == best.stage.part and t.objection != "null"]
+        close = [t.effect.name for t in rivals if best.gain - t.gain < threshold]
         refitted = {t.effect.name for t in trials}
         collinear = [
             name

@@ -33,6 +33,8 @@ def in_words(found: Diagnosis) -> Iterator[str]:
         yield from _stage_at_fault(found)
     if found.steps and (left := _amounts(found.discrepancy)):
         yield f"Beyond the noise of the sensors the model is still wrong by {left} rms."
+    for bound in found.at_bounds:
+        yield f"At a bound: {bound.sentence}."
     if found.traces:
         yield f"Significant, but not worth having: {', '.join(c.effect.name for c in found.traces)}."
     if not found.held_out:
