@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.diagnosis.coarse import coarse
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
 from lce_analysis.diagnosis.misfit import JudgedRuns
+from lce_analysis.identification.coarse import coarse
 from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
 from lce_analysis.identification.stages import acts_back, acts_on_temperature, thermal_stage

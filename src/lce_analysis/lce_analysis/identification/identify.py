@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.identification.bounds import reaching
+from lce_analysis.identification.coarse import coarse, is_long
 from lce_analysis.identification.first_guess import search_box, thinned, with_curves_guess, with_thermal_guess
 from lce_analysis.identification.least_squares import (
     EPSILON,
@@ -264,7 +265,14 @@ class _Search:
             again = self._best_of(problem, list(self._random_guesses(problem, box, label, attempt=1)), label)
             best = min(best, again, key=lambda optimum: optimum.rms)
         self._adopt_deformation(problem.at(best.variables))
-        return Problem(self.model, full, free, np.zeros(len(full)), observed_series(full, sigma))
+        return self._deformation_alone()
+
+    def _deformation_alone(self) -> Problem:
+        """The deformation on all samples of the inputs, driven by their temperature."""
+        sigma = self._noise([channel for channel in MECHANICAL if self.model.predicts(channel)])
+        driven = self.driven_inputs()
+        observed = observed_series(driven, sigma)
+        return Problem(self.model, driven, self._free_mechanical(), np.zeros(len(driven)), observed)
 
     def _best_of(self, problem: Problem, guesses: list[Floats], label: str) -> Optimum:
         """Least squares from several starts, those that lag behind given up early."""
@@ -373,6 +381,19 @@ class _Search:
         channels = dict.fromkeys(series.channel for series in problem.observed)
         return {channel: max(problem.series_rms(first, channel), noise[channel]) for channel in channels}
 
+    def _on_every_sample(
+        self, inputs: Sequence[SimulationInput], thermal: Problem | None, deformation: Problem | None
+    ) -> tuple[Problem | None, Problem | None]:
+        """The stages of a search on a coarser grid, on every sample; where there is only the heat, fitted to them."""
+        self.inputs = inputs
+        if thermal is not None:
+            observed = observed_series(inputs, self._noise([TEMPERATURE]))
+            thermal = replace(thermal, model=self.model, inputs=inputs, observed=observed)
+            if deformation is None:
+                thermal, _ = self._polish(thermal, "temperature, every sample")
+                self._adopt(thermal)
+        return thermal, None if deformation is None else self._deformation_alone()
+
     def last_stage(self, deformation: Problem) -> Problem:
         """The deformation alone, on every sample: where only it is fitted, or the measured temperature drives it."""
         if self.interrupted:
@@ -382,8 +403,12 @@ class _Search:
         return replace(found, model=self.model)
 
     def result(self) -> FitResult:
+        every = self.inputs
+        self.inputs = [coarse(i) if is_long(i) else i for i in every]
         thermal = self.thermal()
         deformation = None if self.interrupted else self.deformation()
+        if any(is_long(i) for i in every) and not self.interrupted:
+            thermal, deformation = self._on_every_sample(every, thermal, deformation)
         if thermal is not None and deformation is not None and self.options.drive == "model":
             problem = self.joint(thermal, deformation)
         elif deformation is not None:

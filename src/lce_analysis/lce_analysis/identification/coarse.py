@@ -6,6 +6,7 @@ recordings the steps are longer where nothing happens, so that a hundred cycles 
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -20,8 +21,8 @@ Floats = NDArray[np.float64]
 
 STEP_S: Final = 0.05
 """Longest step of the grid [s]; samples of a sensor lie no closer either."""
-LONG_S: Final = 600.0
-"""A recording of more than this [s] is long."""
+LONG: Final = 60_000
+"""A recording of more samples than this, ten minutes at 100 Hz, is long."""
 STILL_S: Final = 1.0
 """Longest step [s] of a long recording."""
 MOVED: Final = 0.005
@@ -32,17 +33,22 @@ JUMP: Final = 0.02
 """A change of the power by more than this share of its range is a jump."""
 
 
+def is_long(run_input: SimulationInput) -> bool:
+    """Has the recording so many samples that its fits are searched for on the coarser grid, too?"""
+    return run_input.time_s.size > LONG
+
+
 def coarse(run_input: SimulationInput) -> SimulationInput:
     """The run on a coarser grid; as it is if that would save little."""
     time, power = run_input.time_s, run_input.power_w
-    kept = _grid(time, power) if time[-1] - time[0] <= LONG_S else _sparse_grid(run_input)
+    kept = _sparse_grid(run_input) if is_long(run_input) else _grid(time, power)
     if kept.size > 0.7 * time.size:
         return run_input
     held = np.diff(time, append=time[-1])
     energy = np.concatenate([[0.0], np.cumsum(power * held)])
     span = np.diff(time[kept], append=time[-1])
     mean = np.diff(energy[np.append(kept, time.size)])
-    run = _thinned(run_input.run, time[kept])
+    run = _thinned(run_input, time[kept])
     return replace(
         run_input,
         run=run,
@@ -86,16 +92,21 @@ def _averaged(series: Series, time_s: Floats) -> Floats:
     return np.interp(time_s, series.time_s, mean)
 
 
-def _thinned(run: Run, grid_s: Floats) -> Run:
+def _thinned(run_input: SimulationInput, grid_s: Floats) -> Run:
     """The run with its sensors' samples no closer than STEP_S, in a long recording no closer than its grid."""
-    series: dict[Channel, Series] = {c: _every(s, grid_s) for c, s in run.measured.items()}
+    run = run_input.run
+    thin = partial(_on, grid_s=grid_s) if is_long(run_input) else _every
+    series: dict[Channel, Series] = {c: thin(s) for c, s in run.measured.items()}
     return replace(run, series={**run.series, **series})
 
 
-def _every(series: Series, grid_s: Floats) -> Series:
-    if grid_s[-1] - grid_s[0] > LONG_S:
-        kept = np.unique(np.clip(np.searchsorted(series.time_s, grid_s), 0, series.time_s.size - 1))
-        return Series(series.time_s[kept], series.value[kept])
+def _on(series: Series, grid_s: Floats) -> Series:
+    """The samples that come next to the times of a grid."""
+    kept = np.unique(np.clip(np.searchsorted(series.time_s, grid_s), 0, series.time_s.size - 1))
+    return Series(series.time_s[kept], series.value[kept])
+
+
+def _every(series: Series) -> Series:
     step = float(np.median(np.diff(series.time_s)))
     every = max(1, round(STEP_S / step))
     return Series(series.time_s[::every], series.value[::every])
