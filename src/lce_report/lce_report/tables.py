@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from lce_analysis.diagnosis.diagnosis import EVENT
 from lce_analysis.diagnosis.misfit import NOISE, Misfit, share_of
 from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import SENSORS, Channel
@@ -93,8 +94,12 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
 def _not_tried(promised_little: Sequence[str], not_examined: Mapping[str, str]) -> Iterator[str]:
     if promised_little:
         yield f"Not tried, because they promised too little: {', '.join(promised_little)}."
-    if not_examined:
-        yield f"Not examined, because they read what not every run recorded: {', '.join(not_examined)}."
+    events = [name for name, why in not_examined.items() if why == EVENT]
+    unread = [name for name in not_examined if name not in events]
+    if unread:
+        yield f"Not examined, because they read what not every run recorded: {', '.join(unread)}."
+    if events:
+        yield f"Not examined, because they begin at a time that several runs do not share: {', '.join(events)}."
 
 
 def addition_tables(

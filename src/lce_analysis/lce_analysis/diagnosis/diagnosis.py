@@ -33,6 +33,7 @@ Verdict = Literal["adequate", "missing", "unexplained", "cannot_tell"]
 Column = Literal["given", "before", "after"]
 """The model as given, the same refitted, and with what was added."""
 Errors = Mapping[str, float | None]
+EVENT: Final = "it begins at a time of its own, and several runs do not share one"
 DOUBTFUL: Final = frozenset[Objection]({"masked", "varies", "chance", "worse"})
 """What leaves open whether the effect is there."""
 
@@ -63,7 +64,7 @@ class Diagnosis:
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.
     candidates : one per effect of the library, sorted by what decides.
-    not_examined : the effects that read what these runs did not record, and which it is, in words.
+    not_examined : the effects that are no candidates beside these runs, and why, in words.
     at_bounds : parameters that the final model has at a bound; not looked for where nothing is missing.
     rest : what the residual still depends on, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
@@ -238,7 +239,7 @@ def diagnose(
     began = perf_counter()
     candidates = library().values() if effects is None else effects
     missing = [e for e in candidates if e.reference not in model.effects]
-    not_examined = {e.name: why for e in missing if (why := lacks(e, [*runs, *test_runs]))}
+    not_examined = {e.name: why for e in missing if (why := _not_examined(e, runs, test_runs))}
     missing = [e for e in missing if e.name not in not_examined]
     search = Search(model, runs, test_runs, missing, options, watched(progress, cancel))
     search.run()
@@ -270,6 +271,11 @@ def diagnose(
         held_out=tuple(run.name for run in test_runs),
         seconds=perf_counter() - began,
     )
+
+
+def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run]) -> str:
+    """Why an effect is no candidate beside these runs; empty if it is one."""
+    return EVENT if effect.in_durations and len(runs) > 1 else lacks(effect, [*runs, *test_runs])
 
 
 def _verdict(search: Search) -> Verdict:

@@ -35,6 +35,11 @@ class LinearizedFit:
         return len(self.problem.free) + self.problem.offsets + len(self.problem.free_starts)
 
     @property
+    def independent(self) -> int:
+        """The same, where the values of the runs and the value of all count once."""
+        return self.free - len(self.problem.varying)
+
+    @property
     def error(self) -> float:
         """Squared residual."""
         return float(self.residual @ self.residual)

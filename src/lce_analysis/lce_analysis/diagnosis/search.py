@@ -272,7 +272,7 @@ class Search:
             without = self._refitted(_without_variation(self.present.model, step.key))
             part = step.trial.stage.part
             old, new = without.stage(part), self.present.stage(part)
-            if old is None or new is None or old.fit.free >= new.fit.free:
+            if old is None or new is None or old.fit.independent >= new.fit.independent:
                 continue
             errors = self.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
             if not on_data_left_out(step.trial.stage, errors, self.options):

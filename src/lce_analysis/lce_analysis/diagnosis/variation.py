@@ -134,8 +134,12 @@ def _objection(trial: VariationTrial, options: DiagnoseOptions) -> Objection:
 
 
 def best(trials: Sequence[VariationTrial]) -> VariationTrial | None:
-    """The one that leaves least on data left out, of those against which nothing speaks."""
-    return min((t for t in trials if not t.objection), key=_left, default=None)
+    """The one that leaves least on data left out, of those against which nothing speaks.
+
+    One that frees nothing comes first: ambient temperatures of the runs in the place of their start temperatures.
+    """
+    good = [t for t in trials if not t.objection]
+    return min(good, key=lambda t: (t.fit.independent > t.stage.fit.independent, _left(t)), default=None)
 
 
 def _left(trial: VariationTrial) -> float:
