@@ -128,7 +128,7 @@ def _rivals(model: Model, between: tuple[str, str]) -> _Rivals:
     effects = (find_effect(between[0]), find_effect(between[1]))
     if effects[0].name == effects[1].name:
         raise LceError(f"design: {between[0]} and {between[1]} are one effect; name two")
-    whole = model
+    whole = model.varying({})  # the designed run is one of its own
     strengths: list[Mapping[str, float]] = []
     for effect in effects:
         if effect.reference in model.effects:

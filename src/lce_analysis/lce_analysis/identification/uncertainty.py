@@ -12,7 +12,7 @@ from scipy.signal import correlate
 
 from lce_analysis.identification.discontinuities import without_discontinuities
 from lce_analysis.identification.problem import Problem
-from lce_analysis.prediction import COLUMN, measured_drive, simulation_input, start_temperature, starts_at
+from lce_analysis.prediction import COLUMN, measured_drive, model_of_run, simulation_input, start_temperature, starts_at
 from lce_data.channels import Channel
 from lce_data.run import Run
 
@@ -71,7 +71,7 @@ def band(problem: Problem, run: Run, measured: bool = False, level: float = 0.95
     model lacks beyond what correlates the residuals of the fit. ``measured``: the measured temperature drives T→d.
     """
     covariance = _covariance(calibrated(problem))
-    model = problem.model
+    model = model_of_run(problem.model, run)
     run_input = simulation_input(run, model)
     start = start_temperature(run_input, model)
     if measured:
