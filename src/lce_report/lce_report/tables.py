@@ -19,9 +19,9 @@ from lce_report.blocks import Table
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
     from lce_analysis.diagnosis import Addition, Diagnosis
+    from lce_analysis.diagnosis.accepted import Accepted, Step
     from lce_analysis.diagnosis.held_out import HeldOut
     from lce_analysis.diagnosis.ranking import Candidate, Standing
-    from lce_analysis.diagnosis.search import Accepted, Step
     from lce_model import RunValue
 
 LEADING: Final = 4

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
+from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
-from lce_analysis.diagnosis.search import Accepted, Search, Step, VariationStep
+from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import Part, StagedFit
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial

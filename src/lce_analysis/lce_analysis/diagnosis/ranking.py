@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from lce_analysis.diagnosis.accepted import Step
 from lce_analysis.diagnosis.score import Score
-from lce_analysis.diagnosis.search import Search, Step
+from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_model.effects import Effect

@@ -7,12 +7,13 @@ more passes; then everything that was accepted has to prove itself once more bes
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import Final, TypeVar
 
+from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, share_removed
 from lce_analysis.diagnosis.stage_problem import (
     Data,
     StagedFit,
@@ -23,10 +24,10 @@ from lce_analysis.diagnosis.stage_problem import (
 )
 from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, on_data_left_out, rises
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.diagnosis.variation import VariationTrial, best, try_variation, variation_trials
+from lce_analysis.diagnosis.variation import VariationTrial, best, variation_trials
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.identify import fit as identify
-from lce_analysis.identification.random_effects import may_vary, with_run_errors
+from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import simulation_input, with_ambient_at_rest
 from lce_data.channels import SENSORS
@@ -36,6 +37,7 @@ from lce_data.run import Run
 from lce_model import Model, Variation
 from lce_model.effects import Effect
 
+Kind = TypeVar("Kind", Step, VariationStep)
 RESTARTS: Final = 2
 """Times that a base caught in a poor minimum is refitted from elsewhere."""
 SURPRISE: Final = 1.5
@@ -44,76 +46,6 @@ SIMPLER: Final = 0.9
 """An effect that takes this share of what a value for each run takes is preferred: it is one number, not as many."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
-
-
-@dataclass(frozen=True)
-class _Change:
-    """One change of the model that was accepted.
-
-    without, with_it : the model refitted without and with it, all stages.
-    train : errors of these two on the runs; held_out : on what was left out.
-    trial : what was found in its stage.
-    """
-
-    without: StagedFit
-    with_it: StagedFit
-    train: tuple[Misfit, Misfit]
-    held_out: HeldOut
-    trial: Trial | VariationTrial
-
-    @property
-    def predicted_reduction(self) -> float:
-        """Share of the error above the noise, in the sensors of its stage, that was promised before the refit."""
-        return self.trial.predicted_reduction
-
-    @property
-    def actual_reduction(self) -> float:
-        """The share that went, of the two models simulated."""
-        return reduction(*self.train, self.trial.stage.channels)
-
-
-@dataclass(frozen=True)
-class VariationStep(_Change):
-    """One parameter found to differ from run to run."""
-
-    trial: VariationTrial
-
-    @property
-    def key(self) -> str:
-        """TERM.PARAM of the parameter."""
-        return self.trial.key
-
-    @property
-    def label(self) -> str:
-        """What was changed."""
-        return f"{self.key} by run"
-
-    @property
-    def alias_set(self) -> tuple[str, ...]:
-        """What was changed; nothing is known to look like it."""
-        return (self.label,)
-
-
-@dataclass(frozen=True)
-class Step(_Change):
-    """One effect accepted; ``alias_set`` is its name, and those of effects that explain the same."""
-
-    trial: Trial
-    alias_set: tuple[str, ...]
-
-    @property
-    def added(self) -> str:
-        """Name of the effect."""
-        return self.trial.effect.name
-
-    @property
-    def label(self) -> str:
-        """What was changed."""
-        return self.added
-
-
-Accepted = Step | VariationStep
-"""A change of the model that was accepted."""
 
 
 class Search:
@@ -204,17 +136,6 @@ class Search:
         """The model with all candidates at their null values, where they change nothing: it is compiled already."""
         return with_candidates(model, self.candidates)
 
-    def force_variation(self, key: str) -> VariationStep:
-        """Let this parameter differ from run to run, whatever the data say of it; see :meth:`force`."""
-        stages = [s for s in (*self._stages(heat=True), *self._stages(heat=False)) if key in may_vary(s.fit.problem)]
-        if not stages:
-            raise LceError(f"{key}: not a free parameter of the base model that these runs measure")
-        trial = try_variation(stages[0], key, self.left_out, self.options, self.progress)
-        self._accept(self._variation_step(trial))
-        self._finish()
-        (step,) = self.variations
-        return step
-
     def _forward(self, heat: bool) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.accepted)
@@ -224,12 +145,31 @@ class Search:
                 break
             self._accept(found)
         self._prune(began)
-        while self._effects_since(began) and not self._explained(self._effects_since(began)[-1]):
-            self._drop(self._effects_since(began)[-1], "part")
+        self._drop_what_explains_a_part(began)
+        if self._since(began, VariationStep) and not self._differences_explain(began):
+            for variation in reversed(self._since(began, VariationStep)):
+                without = self._refitted(_without_variation(self.present.model, variation.key))
+                self.varied[variation.key] = replace(variation.trial, objection="part")
+                self._take_out(variation, without, partial(_without_variation, key=variation.key))
+            self._drop_what_explains_a_part(began)
+
+    def _drop_what_explains_a_part(self, began: int) -> None:
+        """Take back effects of this part of the model, the last first, until the last explains most."""
+        while (effects := self._since(began, Step)) and not self._explained(effects[-1]):
+            self._drop(effects[-1], "part")
             self._prune(began)
 
-    def _effects_since(self, began: int) -> list[Step]:
-        return [a for a in self.accepted[began:] if isinstance(a, Step)]
+    def _differences_explain(self, began: int) -> bool:
+        """Do all parameters that differ from run to run together take most of what would be left without them?"""
+        steps = self._since(began, VariationStep)
+        kept = {key: v for key, v in self.present.model.varies.items() if key not in {s.key for s in steps}}
+        without = self._refitted(self.present.model.varying(kept))
+        before, after = (self.misfit(fit.model, self.present.drive) for fit in (without, self.present))
+        return _explains(steps[-1], before, after, self.options)
+
+    def _since(self, began: int, kind: type[Kind]) -> list[Kind]:
+        """What was accepted since, of one kind."""
+        return [a for a in self.accepted[began:] if isinstance(a, kind)]
 
     def _begin_deformation(self) -> None:
         """Where the heat has changed and much is left of the displacement, identify the deformation from scratch.
@@ -425,8 +365,8 @@ def _without_variation(model: Model, key: str) -> Model:
     return model.varying({k: v for k, v in model.varies.items() if k != key})
 
 
-def _explains(last: Step, before: Misfit, after: Misfit, options: DiagnoseOptions) -> bool:
-    """Does the last effect of a part of the model take most of what was left of the error of a sensor?
+def _explains(last: Accepted, before: Misfit, after: Misfit, options: DiagnoseOptions) -> bool:
+    """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
     If not, it stands in for something else, that the library or the base model lacks. Where the heat is not explained,
     and the measured temperature drives the deformation, the effect has to bring the displacement near its noise.

@@ -78,16 +78,6 @@ def variation_trials(
     return [_judged(trial, left_out, options) for trial in sorted(trials, key=lambda t: -t.gain)]
 
 
-def try_variation(
-    stage: StageProblem, key: str, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress
-) -> VariationTrial:
-    """One parameter, refitted and judged whatever it promises."""
-    trial = _judged(_refitted(stage, key, _promised(stage, key), options, progress), left_out, options)
-    if trial.held_out is None:
-        trial = replace(trial, held_out=left_out.errors(stage, trial.fit.problem, f"{key} of each run"))
-    return trial
-
-
 def _refitted(
     stage: StageProblem, key: str, predicted: float, options: DiagnoseOptions, progress: Progress
 ) -> VariationTrial:

@@ -14,8 +14,8 @@ from lce_data.channels import Channel
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lce_analysis.diagnosis.accepted import Step, VariationStep
     from lce_analysis.diagnosis.diagnosis import Diagnosis
-    from lce_analysis.diagnosis.search import Step, VariationStep
     from lce_model import Model
 
 
