@@ -167,7 +167,7 @@ def test_noise_and_latency_can_be_changed_live_within_their_ranges(graph: Graph)
     ("parameter", "words"),
     [
         ({"model_file": "/nowhere/m.yaml"}, ("/nowhere/m.yaml",)),
-        ({"set": "['lumped.gain=-3']"}, ("lumped.gain", "-3", "2000")),
+        ({"set": "['lumped.gain=-3']"}, ("lumped.gain", "-3", "1e+06")),
         ({"set": "['gain=3']"}, ("gain", "lumped.gain")),
     ],
 )
