@@ -128,7 +128,11 @@ class ControlledStrip:
         self.reset = operator.create_client(Trigger, "laser/reset")
         self.target = operator.advertise(Float64, "target_displacement", latched=True)
         self.target.publish(Float64(data=TARGET_M))
+        readings = graph.collect(Temperature, "temperature", operator)
         self.mend()
+        # Which node is up first is chance: a laser that was commanded before the camera spoke has a fault by now.
+        graph.until(lambda: readings.messages, 40.0, "a camera")
+        graph.until(self._cleared, 30.0, "a laser without a fault")
         self.light = Light(graph)
 
     def mend(self) -> None:
