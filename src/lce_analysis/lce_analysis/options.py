@@ -67,7 +67,7 @@ class FitOptions:
     moved: float = 5.0
     undetermined: float = 0.5
     strong_correlation: float = 0.95
-    differing: float = 0.2
+    differing: float = 0.5
     profile_points: int = 8
     bootstrap_block: float = 4.0
 
