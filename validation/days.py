@@ -5,8 +5,9 @@
 
 Ten runs of one strip of the family "equilibrium" (`validation/hidden`), made without any code of the product. From run
 to run the ambient temperature, the laser's gain, both, the load, or nothing differs; the model equilibrium is fitted
-to all of them and diagnosed. With a load, each run says it in its conditions; it raises the temperature of the
-transition. Without one, or with nothing that differs, nothing may be named.
+to all of them and diagnosed. Each run says its load in its conditions; a load raises the temperature of the transition.
+Where nothing differs, nothing may be named. The strips follow the very equations of that model: other bases are for
+`make hidden`.
 """
 
 import argparse
@@ -182,7 +183,7 @@ def report(done: Sequence[Judged], planned: int) -> str:
     lines = [
         "# Campaigns of ten runs",
         "",
-        "Written by `make days`: ten runs of one strip on two days, five waveforms on each, made without the product's",
+        "Written by `make days`: ten runs of one strip, five waveforms twice each, made without the product's",
         "code (`validation/days.py`). What differs from run to run is drawn anew for each run: the ambient temperature",
         "(± 2 K), the gain of the laser (± 8 %), or the load (0 to 50 mN, 50 K/N, recorded in the conditions). The",
         "model equilibrium is fitted to all runs and diagnosed, without a run held out.",

@@ -54,7 +54,6 @@ class Search:
     base, present : the model refitted without any addition, and with what has been accepted.
     accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
     trials : what is known of every candidate.
-    varied : the latest trial of each parameter that might differ from run to run.
     """
 
     def __init__(
@@ -77,7 +76,6 @@ class Search:
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.trials = Trials(len(self.candidates), self.left_out, options, progress)
         self.accepted: list[Accepted] = []
-        self.varied: dict[str, VariationTrial] = {}
         self.present = self._refitted(model)
         self.base = self._no_worse(model, self._refitted(self.present.model, every_sample=True))
 
@@ -149,7 +147,6 @@ class Search:
         if self._since(began, VariationStep) and not self._differences_explain(began):
             for variation in reversed(self._since(began, VariationStep)):
                 without = self._refitted(_without_variation(self.present.model, variation.key))
-                self.varied[variation.key] = replace(variation.trial, objection="part")
                 self._take_out(variation, without, partial(_without_variation, key=variation.key))
             self._drop_what_explains_a_part(began)
 
@@ -189,7 +186,6 @@ class Search:
         varied = [
             t for s in self._stages(heat)[:1] for t in variation_trials(s, self.left_out, self.options, self.progress)
         ]
-        self.varied |= {trial.key: trial for trial in varied}
         variation = best(varied)
         if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
@@ -217,7 +213,6 @@ class Search:
             errors = self.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
             if not on_data_left_out(step.trial.stage, errors, self.options):
                 continue
-            self.varied[step.key] = replace(step.trial, objection="less")
             self._take_out(step, without, partial(_without_variation, key=step.key))
 
     def _tried(self, heat: bool) -> list[Trial]:

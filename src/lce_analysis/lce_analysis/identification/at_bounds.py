@@ -58,7 +58,7 @@ class AtBound:
 
     @property
     def sentence(self) -> str:
-        """What is told of it."""
+        """Which bound it is at, what the data want beyond it, and the option that goes there."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         told = f"{self.key} is at its {self.side} bound, {self.bound:g}{unit}"
         if self.wanted is None:
@@ -86,8 +86,8 @@ def left(problem: Problem) -> dict[Channel, float]:
 def at_bounds(problem: Problem, progress: Progress = silent) -> tuple[AtBound, ...]:
     """What the free parameters at a bound want.
 
-    Each is told, whether it would bring something or not, but for what rests at a natural end: a strength, a time or
-    a share at 0 is simply not there.
+    Every one of them, also where going on would gain nothing. Left out is what rests at a natural end: a strength, a
+    time or a share at 0 is simply not there.
 
     Parameters
     ----------

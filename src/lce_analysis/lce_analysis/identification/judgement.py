@@ -91,7 +91,7 @@ class ChannelJudgement:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What is told of it."""
+        """What is left of the spread, the errors of the rivals on data left out, and what to do."""
         name = self.channel.name
         told = [
             f"This model does not describe the {name}: {self.left:.0%} of its spread is left (NRMSE; above "
