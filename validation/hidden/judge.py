@@ -65,11 +65,12 @@ def _judged(case: Case) -> dict[str, Any]:
     seconds = time.perf_counter() - fitted
     record = found.as_json()
     base = over_noise(model, train, ideal)
+    differing = [f"{key} by run" for key in record["varies"]]  # nothing does: each one is a false addition
     result = {
         "misfit": max(math.copysign(math.sqrt(abs(x * x - 1.0)), x - 1.0) for x in base.values()),
         "verdict": record["verdict"],
-        "added": record["added"],
-        "sets": [step["set"] for step in record["steps"]],
+        "added": [*record["added"], *differing],
+        "sets": [*(step["set"] for step in record["steps"]), *([name] for name in differing)],
         "before": over_noise(model, test, ideal),
         "after": over_noise(found.model, test, ideal),
         "fingerprint": record["fingerprint"],
