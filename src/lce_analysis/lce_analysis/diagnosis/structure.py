@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.covariates import COVARIATES, covariates_at, hats, quantile_knots
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, spans
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.whitening import whitened
@@ -55,14 +56,12 @@ class _ResidualSeries:
     covariates: dict[str, Floats]
 
 
+SIMPLE: Final = ("rate", "power", "time", "displacement", "cycle")
+"""Covariates that are looked at as they are; the temperature is looked at branch by branch."""
 UNITS: Final = {
     "temperature while heating": "K",
     "temperature while cooling": "K",
-    "heating rate": "K/s",
-    "laser power": "W",
-    "time": "s",
-    "displacement": "m",
-    "cycle": "1",
+    **{COVARIATES[name].words: COVARIATES[name].unit for name in SIMPLE},
     UNPREDICTED_HEAT: "m",
 }
 
@@ -100,29 +99,14 @@ def dependences(fit: LinearizedFit, options: DiagnoseOptions) -> list[Dependence
 
 
 def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> dict[str, Floats]:
-    grid = problem.inputs[run].time_s
     series = next(s for s in problem.observed if s.run == run and s.channel is channel)
-    temperature = out[:, STATE["temperature"]]
-    rate = np.gradient(temperature, grid)
-    direction = out[:, STATE["direction"]]
-    heating = direction if np.isfinite(direction).all() else np.where(rate >= 0.0, 1.0, -1.0)
-    turns = np.concatenate([[0.0], np.cumsum(np.diff(heating) > 0.0)])
-
-    def sampled(values: Floats) -> Floats:
-        return np.asarray(series.sampling(values))
-
-    warm = sampled(temperature)
-    rising = sampled(heating) > 0.0
+    known = covariates_at(problem, series, out)
+    rising, warm = known["branch"] > 0.0, known["temperature"]
     found = {
         "temperature while heating": np.where(rising, warm, np.nan),
         "temperature while cooling": np.where(rising, np.nan, warm),
-        "heating rate": sampled(rate),
-        "laser power": sampled(problem.inputs[run].power_w),
-        "time": sampled(grid),
-        "cycle": sampled(turns),
+        **{COVARIATES[name].words: known[name] for name in SIMPLE if name in known},
     }
-    if np.isfinite(out[:, STATE["displacement"]]).all():
-        found["displacement"] = sampled(out[:, STATE["displacement"]])
     if (
         channel is not TEMPERATURE
         and problem.inputs[run].run.temperature is not None
@@ -134,19 +118,19 @@ def _covariates(problem: Problem, run: int, out: Floats, channel: Channel) -> di
             driven.simulate(model, model.vector[None], start)[0, :, STATE["displacement"]]
             - out[:, STATE["displacement"]]
         )
-        found[UNPREDICTED_HEAT] = sampled(moved) if series.keep is None else sampled(moved) * series.keep
+        at_samples = np.asarray(series.sampling(moved))
+        found[UNPREDICTED_HEAT] = at_samples if series.keep is None else at_samples * series.keep
     return found
 
 
 def _dependence(channel: Channel, name: str, members: Sequence[_ResidualSeries], count: int) -> Dependence:
     values = np.concatenate([m.covariates[name] for m in members])
-    here = values[np.isfinite(values)]
     linear = name == UNPREDICTED_HEAT
-    knots = np.array([0.0]) if linear or here.size == 0 else np.unique(np.quantile(here, np.linspace(0, 1, count)))
+    knots = np.zeros(1) if linear else quantile_knots(values, count)
     moments = []
     for m in members:
         x = m.covariates[name]
-        basis = np.nan_to_num(x)[:, None] if linear else _hats(x, knots)
+        basis = np.nan_to_num(x)[:, None] if linear else hats(x, knots)
         moments.append((basis.T @ basis, basis.T @ m.residual, basis))
     gram = np.sum([g for g, _, _ in moments], axis=0)
     moment = np.sum([c for _, c, _ in moments], axis=0)
@@ -165,21 +149,6 @@ def _solve(gram: Floats, moment: Floats) -> Floats:
     # A knot that the other runs never come near has no say.
     ridge = 1e-6 * float(np.trace(gram)) / max(gram.shape[0], 1) + 1e-300
     return np.asarray(np.linalg.solve(gram + ridge * np.eye(gram.shape[0]), moment))
-
-
-def _hats(x: Floats, knots: Floats) -> Floats:
-    """Piecewise linear basis (n, k); zero where x is NaN."""
-    if knots.size == 1:
-        return np.where(np.isfinite(x), 1.0, 0.0)[:, None]
-    inside = np.clip(np.nan_to_num(x, nan=knots[0]), knots[0], knots[-1])
-    i = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, knots.size - 2)
-    w = (inside - knots[i]) / (knots[i + 1] - knots[i])
-    basis = np.zeros((x.size, knots.size))
-    rows = np.arange(x.size)
-    basis[rows, i] = 1.0 - w
-    basis[rows, i + 1] += w
-    basis[~np.isfinite(x)] = 0.0
-    return basis
 
 
 def _parts(fit: LinearizedFit, in_si: bool) -> list[Floats]:
