@@ -20,6 +20,7 @@ Stage = Literal["surroundings", "light", "heat", "order", "strain", "sensor"]
 STAGES: Final[tuple[Stage, ...]] = get_args(Stage)
 
 SIGNALS: Final[dict[str, str]] = {
+    "elapsed_time": "s, time since the beginning of the run, at the end of the step",
     "power": "W, laser power held over the step",
     "light": "W, power that counts as light on the strip, after effects of the light",
     "ambient": "K, temperature of the surroundings, mean over the step",
@@ -169,28 +170,30 @@ class Term:
             members = [f"{name}_{i + 1}" for i in range(size)]
             if members[0] not in names or names[names.index(members[0]) :][:size] != members:
                 raise LceError(f"term {self.name}: vector {name} needs parameters {name}_1 to {name}_{size}, in a row")
-        for function in (self.step, self.start):
-            if function is not None:
-                self._check_arguments(function)
+        for kind, function in self.functions.items():
+            self._check_arguments(kind, function)
+
+    @property
+    def functions(self) -> dict[str, Callable[..., float | tuple[float, ...]]]:
+        """Those of ``start`` and ``step`` that it has, by these names, whatever the file calls them."""
+        return {"step": self.step} if self.start is None else {"start": self.start, "step": self.step}
 
     @property
     def idle_at(self) -> dict[str, float]:
         """Values of all its parameters at which the term changes nothing; empty if it always acts."""
         return {}
 
-    def _check_arguments(self, function: Callable[..., float | tuple[float, ...]]) -> None:
+    def _check_arguments(self, kind: str, function: Callable[..., float | tuple[float, ...]]) -> None:
         arrays = {**dict(self.arrays), **dict(self.vectors)}
         known = {*SIGNALS, *self.states, *arrays, *(p.name for p in self.parameters), "dt"}
         for argument in inspect.signature(function).parameters:
             if argument not in known and _input(argument) is None:
-                raise LceError(
-                    f"term {self.name}: argument {argument!r} of {function.__name__} is no signal, parameter or state"
-                )
+                raise LceError(f"term {self.name}: argument {argument!r} of {kind} is no signal, parameter or state")
 
 
 def reads(term: Term, signal: str) -> bool:
     """Tell whether the signal is an argument of the term's step or start."""
-    return any(signal in inspect.signature(f).parameters for f in (term.step, term.start) if f is not None)
+    return any(signal in inspect.signature(f).parameters for f in term.functions.values())
 
 
 def inputs_of(terms: Iterable[Term]) -> tuple[Channel, ...]:
@@ -198,7 +201,7 @@ def inputs_of(terms: Iterable[Term]) -> tuple[Channel, ...]:
     found = set[Channel | None]()
     for term in terms:
         own = {*term.states, *dict(term.arrays), *dict(term.vectors), *(p.name for p in term.parameters)}
-        for function in (f for f in (term.step, term.start) if f is not None):
+        for function in term.functions.values():
             found |= {_input(name) for name in inspect.signature(function).parameters if name not in own}
     return in_order(channel for channel in found if channel is not None)
 

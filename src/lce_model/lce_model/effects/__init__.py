@@ -82,6 +82,12 @@ class Effect(Term):
         scale = dict.fromkeys(self.in_durations, duration_s)
         return {name: tuple(x * scale.get(name, 1.0) for x in values) for name, values in self.grid}
 
+    @property
+    def at_default_only(self) -> tuple[str, ...]:
+        """Parameters beside the strength that the score test leaves at their defaults: free ones without a grid."""
+        tried = {self.strength, *(name for name, _ in self.grid)}
+        return tuple(p.name for p in self.parameters if p.name not in tried and not p.fixed)
+
     def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Effect":
         """A copy whose parameters of these names are searched between (lower, upper).
 

@@ -8,14 +8,9 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def start(ambient: float) -> tuple[float, float]:
-    """The clock starts with the run."""
-    return 0.0, ambient
-
-
-def step(ambient: float, dt: float, elapsed: float, rate: float) -> tuple[float, float]:
-    """Time [s] since the beginning and ambient temperature [K], in the middle of the step."""
-    return elapsed + dt, ambient + rate * (elapsed + 0.5 * dt)
+def step(ambient: float, elapsed_time: float, dt: float, rate: float) -> float:
+    """Ambient temperature [K], in the middle of the step."""
+    return ambient + rate * (elapsed_time - 0.5 * dt)
 
 
 EFFECT = Effect(
@@ -27,9 +22,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("rate", "K/s", 0.0, -0.05, 0.05, "drift r", "replicates of public heater data differ by 3 K"),
     ),
-    states=("elapsed",),
     outputs=("ambient",),
-    start=start,
     step=step,
     strength="rate",
     typical=0.01,

@@ -8,15 +8,9 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def start(measured_displacement: float) -> tuple[float, float]:
-    """The clock starts with the run."""
-    return 0.0, measured_displacement
-
-
-def step(measured_displacement: float, dt: float, elapsed: float, rate: float) -> tuple[float, float]:
-    """Time [s] since the beginning, and what the sensor shows [m]."""
-    elapsed = elapsed + dt
-    return elapsed, measured_displacement + rate * elapsed
+def step(measured_displacement: float, elapsed_time: float, rate: float) -> float:
+    """What the sensor shows [m]."""
+    return measured_displacement + rate * elapsed_time
 
 
 EFFECT = Effect(
@@ -26,9 +20,7 @@ EFFECT = Effect(
     stage="sensor",
     equation="d_meas = d + r t",
     parameters=(Parameter("rate", "m/s", 0.0, -1e-5, 1e-5, "drift r", "plausible, no source found"),),
-    states=("elapsed",),
     outputs=("measured_displacement",),
-    start=start,
     step=step,
     strength="rate",
     typical=1e-6,

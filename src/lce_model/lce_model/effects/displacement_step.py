@@ -10,19 +10,11 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def start(measured_displacement: float) -> tuple[float, float]:
-    """The clock starts with the run."""
-    return 0.0, measured_displacement
-
-
-def step(
-    measured_displacement: float, dt: float, elapsed: float, shift: float, time: float, over: float
-) -> tuple[float, float]:
-    """Time [s] since the beginning, and what the sensor shows [m]."""
-    elapsed = elapsed + dt
+def step(measured_displacement: float, elapsed_time: float, dt: float, shift: float, time: float, over: float) -> float:
+    """What the sensor shows [m]."""
     # Over a step at least, so that the time has a derivative.
-    come = (elapsed - time) / max(over, dt) if elapsed > time else 0.0
-    return elapsed, measured_displacement + shift * min(come, 1.0)
+    come = (elapsed_time - time) / max(over, dt) if elapsed_time > time else 0.0
+    return measured_displacement + shift * min(come, 1.0)
 
 
 EFFECT = Effect(
@@ -36,9 +28,7 @@ EFFECT = Effect(
         Parameter("time", "s", 20.0, 0.0, 1e7, "time t_0 since the beginning", "any", scale="asinh", knee=1.0),
         Parameter("over", "s", 5.0, 0.0, 10.0, "time Δ that the slip takes", "longer, it is a drift", "asinh", 0.1),
     ),
-    states=("elapsed",),
     outputs=("measured_displacement",),
-    start=start,
     step=step,
     strength="shift",
     typical=1e-4,

@@ -12,15 +12,9 @@ from lce_model.lag import share_after
 from lce_model.terms import Parameter
 
 
-def start(light: float) -> tuple[float, float]:
-    """The clock starts with the run."""
-    return 0.0, light
-
-
-def step(light: float, dt: float, elapsed: float, change: float, time: float) -> tuple[float, float]:
-    """Time [s] since the beginning, and light [W], mean over the step."""
-    after = elapsed + dt
-    return after, light * (1.0 + change * share_after(time, elapsed, after))
+def step(light: float, elapsed_time: float, dt: float, change: float, time: float) -> float:
+    """Light [W], mean over the step."""
+    return light * (1.0 + change * share_after(time, elapsed_time - dt, elapsed_time))
 
 
 EFFECT = Effect(
@@ -33,9 +27,7 @@ EFFECT = Effect(
         Parameter("change", "1", 0.0, -1.0, 3.0, "relative change s of the light", "a beam that misses: -1"),
         Parameter("time", "s", 20.0, 0.0, 1e7, "time t_0 since the beginning", "any", scale="asinh", knee=1.0),
     ),
-    states=("elapsed",),
     outputs=("light",),
-    start=start,
     step=step,
     strength="change",
     typical=0.2,

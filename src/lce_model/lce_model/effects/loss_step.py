@@ -11,25 +11,19 @@ from lce_model.lag import share_after
 from lce_model.terms import Parameter
 
 
-def start(heating: float) -> tuple[float, float]:
-    """The clock starts with the run."""
-    return 0.0, heating
-
-
 def step(
     heating: float,
     temperature_midway: float,
     ambient: float,
     loss_rate: float,
+    elapsed_time: float,
     dt: float,
-    elapsed: float,
     change: float,
     time: float,
-) -> tuple[float, float]:
-    """Time [s] since the beginning, and heating rate [K/s]."""
-    after = elapsed + dt
-    extra = change * share_after(time, elapsed, after)
-    return after, heating - extra * loss_rate * (temperature_midway - ambient)
+) -> float:
+    """Heating rate [K/s]."""
+    extra = change * share_after(time, elapsed_time - dt, elapsed_time)
+    return heating - extra * loss_rate * (temperature_midway - ambient)
 
 
 EFFECT = Effect(
@@ -42,9 +36,7 @@ EFFECT = Effect(
         Parameter("change", "1", 0.0, -0.9, 9.0, "relative change s of the heat loss", "a lid opened: 1.4"),
         Parameter("time", "s", 20.0, 0.0, 1e7, "time t_0 since the beginning", "any", scale="asinh", knee=1.0),
     ),
-    states=("elapsed",),
     outputs=("heating",),
-    start=start,
     step=step,
     strength="change",
     typical=0.3,

@@ -88,10 +88,8 @@ def _mistake(terms: tuple[Term, ...]) -> str:
     """What is wrong with the first of these terms that does not compile by itself; empty if each of them does."""
     for term in terms:
         arrays = {**dict(term.arrays), **dict(term.vectors)}
-        for function in (term.start, term.step):
-            if function is None:
-                continue
-            where = f"{inspect.getfile(function)}: {function.__name__}"
+        for kind, function in term.functions.items():
+            where = f"{inspect.getfile(function)}: {kind}"
             compiled = numba.njit(error_model="numpy")(function)
             try:
                 compiled.compile(

@@ -13,7 +13,7 @@ from typing import Final
 from lce_model.terms import SENSOR_INPUT, SIGNALS, Stage, Term, inputs_of
 
 AT_STAGE: Final[dict[Stage, tuple[str, ...]]] = {
-    "surroundings": ("ambient = temperature",),
+    "surroundings": ("elapsed_time = elapsed_time + dt", "ambient = temperature"),
     "light": ("light = power",),
     "heat": (
         "temperature_before = temperature",
@@ -80,11 +80,12 @@ def source(terms: tuple[Term, ...]) -> str:
             ambient__t_env = p[0]
             lumped__gain = p[1]
             lumped__tau = p[2]
-            power = s[0]
-            light = s[1]
+            elapsed_time = s[0]
+            power = s[1]
             ...
             power = power_w
             forced, drive_next = False, 0.0
+            elapsed_time = elapsed_time + dt
             ambient = temperature
             ambient = ambient_step(ambient__t_env)
             light = power
@@ -95,8 +96,8 @@ def source(terms: tuple[Term, ...]) -> str:
                 temperature, loss_rate = lumped_step(light, ambient, ..., dt, lumped__gain, lumped__tau)
             ...
             measured_temperature = temperature
-            s[0] = power
-            s[1] = light
+            s[0] = elapsed_time
+            s[1] = power
             ...
     """
     code = _Code(
@@ -107,7 +108,8 @@ def source(terms: tuple[Term, ...]) -> str:
 
     with code.function("begin", {"start_k": "f8", "deadband_k": "f8", "u": _VECTOR, "p": _VECTOR, "s": _VECTOR}):
         code.add(*unpack, "s[:] = NAN", *load, *_inputs(terms, "u[{}]"))
-        code.add("temperature = start_k", "deadband = deadband_k", "dt = power = warming = 0.0", "fraction = 1.0")
+        code.add("temperature = start_k", "deadband = deadband_k", "elapsed_time = 0.0")
+        code.add("dt = power = warming = 0.0", "fraction = 1.0")
         code.add(*_stages(terms, initial=True), *store)
 
     with code.function("advance", {"power_w": "f8", "dt": "f8", "u": _VECTOR, "p": _VECTOR, "s": _VECTOR}):
