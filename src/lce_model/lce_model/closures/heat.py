@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An unknown function f(z) of one covariate is added to the heat balance."""
+
+import math
+
+from numba.extending import register_jitable
+
+from lce_model.closures.covariates import follow
+from lce_model.closures.forms import KNOTS, Floats, value
+from lce_model.closures.place import parameters
+from lce_model.effects import Effect
+
+
+@register_jitable
+def step(
+    heating: float,
+    temperature: float,
+    warming: float,
+    power: float,
+    order: float,
+    displacement: float,
+    direction: float,
+    dt: float,
+    elapsed_time: float,
+    memory: float,
+    before: float,
+    strength: float,
+    covariate: float,
+    tau: float,
+    form: float,
+    lower: float,
+    upper: float,
+    z0: float,
+    a: float,
+    b: float,
+    w: Floats,
+) -> tuple[float, float, float]:
+    """Memory of the covariate and its value before, and the heating rate [K/s]."""
+    # In the middle of the step that comes, as the balance is solved over it.
+    warm = temperature if math.isnan(warming) else temperature + 0.5 * dt * warming
+    memory, before, z = follow(
+        covariate, tau, warm, warming, power, order, displacement, direction, dt, elapsed_time, memory, before
+    )
+    return memory, before, heating + strength * value(form, z, z0, a, b, lower, upper, w)
+
+
+def start(
+    heating: float,
+    temperature: float,
+    warming: float,
+    power: float,
+    order: float,
+    displacement: float,
+    direction: float,
+    elapsed_time: float,
+    strength: float,
+    covariate: float,
+    tau: float,
+    form: float,
+    lower: float,
+    upper: float,
+    z0: float,
+    a: float,
+    b: float,
+    w: Floats,
+) -> tuple[float, float, float]:
+    """A step of no time, before which nothing was."""
+    return step(
+        heating,
+        temperature,
+        warming,
+        power,
+        order,
+        displacement,
+        direction,
+        0.0,
+        elapsed_time,
+        math.nan,
+        math.nan,
+        strength,
+        covariate,
+        tau,
+        form,
+        lower,
+        upper,
+        z0,
+        a,
+        b,
+        w,
+    )
+
+
+EFFECT = Effect(
+    name="closure_heat",
+    title="unknown function in the heat balance",
+    meaning="an unknown function of one covariate acts on the heat balance",
+    stage="heat",
+    equation="dT/dt -> dT/dt + f(z)",
+    parameters=parameters("K/s", 0.001),
+    states=("memory", "before"),
+    outputs=("heating",),
+    vectors=(("w", KNOTS),),
+    start=start,
+    step=step,
+    strength="strength",
+    typical=1.0,
+    step_sizes=(1.0,),
+)
