@@ -219,6 +219,47 @@ class DiagnoseOptions:
 
 
 @dataclass(frozen=True)
+class DiscoverOptions:
+    """How an unknown function is searched for, where no effect of the library explains what is left.
+
+    Parameters
+    ----------
+    diagnosis : when something is worth having, as for an effect.
+    false_alarm : chance that anything is found where nothing is missing.
+    lags_s : time constants [s] of the lags that are tried.
+    refitted : functions that are refitted, those with the strongest evidence.
+    alike : functions whose promised gain is at least this share of the best one's, and whose effect on the sensors has
+        a correlation of ``diagnosis.alias_correlation`` with it, cannot be told apart.
+    forms : formulas that are refitted, those that promise most.
+    found : functions that are added at most, one after the other.
+
+    Raises
+    ------
+    LceError
+        If a value cannot be used; it names the field.
+
+    Examples
+    --------
+    >>> DiscoverOptions(refitted=5).forms
+    5
+    """
+
+    diagnosis: DiagnoseOptions = field(default_factory=DiagnoseOptions)
+    false_alarm: float = 0.05
+    lags_s: tuple[float, ...] = (0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0)
+    refitted: int = 3
+    alike: float = 0.9
+    forms: int = 5
+    found: int = 2
+
+    def __post_init__(self) -> None:
+        _check_counts(self, "refitted", "forms", "found")
+        _check_share(self, "false_alarm", "alike")
+        if not self.lags_s or min(self.lags_s) <= 0.0:
+            raise LceError(f"lags_s: {self.lags_s} must be times above 0 s")
+
+
+@dataclass(frozen=True)
 class DesignOptions:
     """What the bench allows, how its sensors measure, and how long a waveform is searched for.
 
@@ -270,7 +311,7 @@ class DesignOptions:
                 raise LceError(f"noise: {sigma:g} {channel.unit} of the {channel.name} must be above 0")
 
 
-Options = FitOptions | CompareOptions | DiagnoseOptions | DesignOptions
+Options = FitOptions | CompareOptions | DiagnoseOptions | DiscoverOptions | DesignOptions
 
 
 def _check_drive(drive: str) -> None:

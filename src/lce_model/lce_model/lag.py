@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What several effects share: the first-order lag, and a change at a time."""
+"""What several effects share: the first-order lag, of a step and of a series, and a change at a time."""
 
 import math
 
+import numpy as np
+from numba import njit
 from numba.extending import register_jitable
+from numpy.typing import NDArray
 
 
 @register_jitable
@@ -26,3 +29,13 @@ def share_after(time: float, before: float, after: float) -> float:
     if after <= time:
         return 0.0
     return 1.0 if before >= time else (after - time) / (after - before)
+
+
+@njit(cache=True)
+def lagged(time_s: NDArray[np.float64], value: NDArray[np.float64], tau: float, held: bool) -> NDArray[np.float64]:
+    """What a first-order lag makes of a series (n,) that begins at rest; ``held`` values stay until the next time."""
+    late = value.copy()
+    for i in range(1, value.size):
+        before = value[i] if held else value[i - 1]
+        late[i] = lag(late[i - 1], before, value[i], time_s[i] - time_s[i - 1], tau)
+    return late
