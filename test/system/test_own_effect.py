@@ -9,6 +9,7 @@ import pytest
 import yaml
 from run_command import lce
 
+from lce_analysis.diagnosis.ranking import reason
 from lce_app.cli import main as cli
 from lce_data.errors import LceError
 from lce_model import default_model, load_model, save_model
@@ -23,7 +24,7 @@ def blocks(kind: str) -> list[str]:
     return [text for name, text in found if name == kind]
 
 
-(EFFECT,) = blocks("python")
+EFFECT, WITH_TIME = blocks("python")
 (STRIP,) = blocks("yaml")
 TRY_OUT, USE, RUN = blocks("")
 
@@ -65,6 +66,13 @@ def test_the_page_from_the_strip_that_has_the_effect_to_the_model_that_knows_it(
     for name in ("m2.yaml", "m3.yaml"):
         assert yaml.safe_load((folder / name).read_text())["effects"] == ["glare.py"]
         assert load_model(folder / name)["glare.b"] == pytest.approx(0.4, abs=0.02)
+
+
+def test_the_page_shows_a_step_that_reads_the_time(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    function = EFFECT[EFFECT.index("def step") : EFFECT.index("\n\n\nEFFECT")]
+    (folder / "glare.py").write_text(EFFECT.replace(function, WITH_TIME), encoding="utf-8")
+    assert cli.main(["effects", str(folder / "glare.py")]) == 0
+    assert "(up to 0.45 K of temperature)" in capsys.readouterr().out
 
 
 def test_a_model_file_finds_its_effect_wherever_it_is_read_from(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,7 +123,18 @@ def test_a_file_of_version_0_1_may_call_its_step_sizes_nudges(folder: Path) -> N
         ("+ b * power", "+ b * light_of_day", "step cannot be compiled: NameError: name 'light_of_day' is not defined"),
         ("+ b * power", ", b * power", "step returns UniTuple(float64 x 2), but has to return a number each for"),
         ("+ b * power", "+ b * power + 1.0", "at b = 0 it changes measured_temperature"),
-        ("+ b * power", "+ 0.0 * b", "at b = 0.3 it changes nothing"),
+        ("step=step", "step=lambda power, b: b * powr", "step cannot be compiled: NameError: name 'powr'"),
+        ("step=step", "step=lambda powr, b: b * powr", "argument 'powr' of step is no signal, parameter or state"),
+        (
+            "+ b * power",
+            "+ 0.0 * b",
+            "it changes nothing from 301 to 453 K (28 to 180 °C), 0 to 2 W, within 600 s: does it act beyond?",
+        ),
+        (
+            "power, b):\n    return measured_temperature + b",
+            "power):\n    return measured_temperature + 0",
+            "not read b",
+        ),
         ("+ b * power", "+ b * power / (b - 0.3)", "at b = 0.3 it gives what is not a number"),
         ('name="glare"', 'name="lumped"', "the model has a term lumped already"),
     ],
@@ -130,6 +149,48 @@ def test_what_is_wrong_with_a_file_is_told_in_one_line(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"lce: {file}: ")
     assert told in line
+
+
+THRESHOLD = EFFECT.replace("power, b)", "power, temperature, b, limit)").replace(
+    "b * power", "(b if temperature > limit else 0.0)"
+)
+LIMIT = '"a look into the beam"), Parameter("limit", "K", {:g}, 250.0, 600.0, "threshold", "a test")'
+
+
+def with_threshold(folder: Path, limit_k: float) -> Path:
+    """The effect with a threshold of the temperature, in a file."""
+    file = folder / f"above_{limit_k:g}.py"
+    file.write_text(THRESHOLD.replace('"a look into the beam")', LIMIT.format(limit_k)), encoding="utf-8")
+    return file
+
+
+def test_an_effect_beyond_a_threshold_is_tried_out_as_far_as_the_bench_can_go(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["effects", str(with_threshold(folder, 320.0))]) == 0
+    said = capsys.readouterr().out
+    assert "Tried out from 301 to 335 K (28 to 62 °C), 0 to 1.5 W, within 60 s: it compiles" in said
+    assert "at its typical one (up to 0.3 K of temperature)." in said
+    assert "changes nothing from" not in said
+
+    assert cli.main(["effects", str(with_threshold(folder, 340.0))]) == 0
+    said = capsys.readouterr().out
+    assert "Tried out from 301 to 453 K (28 to 180 °C), 0 to 2 W, within 600 s: it compiles" in said
+    assert "It changes nothing from 301 to 335 K (28 to 62 °C), 0 to 1.5 W, within 60 s." in said
+
+    assert cli.main(["effects", str(with_threshold(folder, 480.0))]) == 1
+    assert "0 to 2 W, within 600 s, with limit = 480 K: does it act beyond?" in capsys.readouterr().err
+
+
+def test_a_parameter_without_a_grid_is_named_where_the_strength_stays_at_zero(folder: Path) -> None:
+    effect = find(str(with_threshold(folder, 340.0)))
+    assert effect.at_default_only == ("limit",)
+    told = reason(effect, "null")
+    assert told.startswith("refitted, its strength stays at zero or the error does not fall; ")
+    assert told.endswith("it was looked for at limit = 340 only, give `grid` in above_340.py values to try")
+    assert "grid" not in reason(effect, "chance")
+    assert "grid" not in reason(find(str(folder / "glare.py")), "null")
+    assert "grid" not in reason(find("camera_lag"), "null")
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:

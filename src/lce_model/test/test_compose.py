@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model is a tuple of terms: each bound by name, in order, compiled together and cached."""
 
+import math
 import os
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import pytest
 
 from lce_data.channels import named_input
 from lce_data.errors import LceError
-from lce_model.kernel.compose import compile_terms
+from lce_model.kernel.compose import SIGNAL_INDEX, compile_terms
 from lce_model.kernel.generate import RECORDED
 from lce_model.library import THERMAL, terms
 from lce_model.terms import Parameter, Term, inputs_of
@@ -60,7 +61,7 @@ def test_a_term_that_asks_for_what_is_not_there_is_refused() -> None:
     def odd(colour: float) -> float:
         return colour
 
-    with pytest.raises(LceError, match="argument 'colour' of odd is no signal, parameter or state"):
+    with pytest.raises(LceError, match="argument 'colour' of step is no signal, parameter or state"):
         Term("odd", "heat", "", (), ("heating",), odd)
     with pytest.raises(LceError, match="unknown output 'colour'"):
         Term("odd", "heat", "", (), ("colour",), constant_heating)
@@ -75,6 +76,27 @@ def test_a_term_reads_what_a_user_named_and_what_is_its_own_stays_its_own() -> N
     gain = Parameter("input_gain", "K/s", 0.0, -1.0, 1.0, "a test", "this test")
     term = Term("humid", "heat", "", (gain,), ("heating",), humid)
     assert inputs_of((term, EXTRA)) == (named_input("input_humidity"),)
+
+
+def test_a_function_is_called_start_or_step_whatever_its_file_calls_it() -> None:
+    with pytest.raises(LceError, match="argument 'colour' of start is no signal"):
+        Term("odd", "heat", "", (), ("heating",), constant_heating, lambda colour: colour, states=("memory",))
+
+
+def test_a_term_reads_the_time_since_the_beginning_of_the_run() -> None:
+    clock = Term("clock", "sensor", "T_meas = t", (), ("measured_temperature",), lambda elapsed_time: elapsed_time)
+    members = (*THERMAL["lumped"], clock)
+    time, out = np.array([5.0, 5.1, 5.5, 9.0]), np.empty((4, len(RECORDED)))
+    values = np.array([301.15, 30.0, 18.0])
+    kernel = compile_terms(members)
+    kernel.run(time, np.ones(4), np.empty(0), np.empty((4, 0)), math.nan, 0.0, values, out)
+    np.testing.assert_allclose(out[:, RECORDED.index("measured_temperature")], time - 5.0, atol=1e-12)
+    state, no_inputs = np.empty(kernel.state_size), np.empty(0)
+    kernel.begin(math.nan, 0.0, no_inputs, values, state)
+    assert state[SIGNAL_INDEX["elapsed_time"]] == 0.0
+    for dt_s in np.diff(time):
+        kernel.advance(1.0, dt_s, no_inputs, values, state)
+    assert state[SIGNAL_INDEX["measured_temperature"]] == out[-1, RECORDED.index("measured_temperature")]
 
 
 def test_parameters_check_themselves() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from lce_analysis.diagnosis.diagnosis import ErrorTable, bounds_reached, columns, error_table, errors
 from lce_analysis.diagnosis.held_out import HeldOut
-from lce_analysis.diagnosis.ranking import REASON
+from lce_analysis.diagnosis.ranking import reason
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.words import outcome
@@ -117,7 +117,7 @@ def add_effect(
     search = Search(model, runs, test_runs, [chosen, *others], options, watched(progress, cancel))
     step = search.force(chosen)
     trial, after = step.trial, step.with_it.model
-    objection = REASON[trial.objection] if trial.objection else ""
+    objection = reason(chosen, trial.objection) if trial.objection else ""
     entries = model.fit.get("history", [_entry(search.base.model, search, model.fit.get("verdict", ""))])
     history = [*entries, _entry(after, search, "not confirmed" if objection else "confirmed")]
     models = columns(search, model)

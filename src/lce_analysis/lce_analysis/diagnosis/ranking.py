@@ -3,6 +3,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, Literal
 
 from lce_analysis.diagnosis.accepted import Step
@@ -94,9 +95,23 @@ def _candidate(search: Search, name: str, score: Score, step: Step | None) -> Ca
         return Candidate(step.trial.score, step.trial, "missing", "worth having", aliases)
     trial = search.trials.tried.get(name)
     if trial is None:
-        return Candidate(score, None, "not tried", "it promised too little for a refit", aliases)
+        why = f"it promised too little for a refit{_at_default_only(score.effect)}"
+        return Candidate(score, None, "not tried", why, aliases)
     standing: Standing = "trace" if trial.objection in TRACES else "rejected"
-    return Candidate(trial.score, trial, standing, REASON[trial.objection], aliases)
+    return Candidate(trial.score, trial, standing, reason(trial.effect, trial.objection), aliases)
+
+
+def reason(effect: Effect, objection: Objection) -> str:
+    """Why a trial ended as it did."""
+    return REASON[objection] + (_at_default_only(effect) if objection == "null" else "")
+
+
+def _at_default_only(effect: Effect) -> str:
+    """Where the strength of a user's own effect stays at zero: the parameters that no grid has tried out."""
+    values = [f"{name} = {effect.parameter(name).default:g}" for name in effect.at_default_only]
+    if not (effect.path and values):
+        return ""
+    return f"; it was looked for at {' and '.join(values)} only, give `grid` in {Path(effect.path).name} values to try"
 
 
 def traces(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:

@@ -59,8 +59,7 @@ def main(args: argparse.Namespace) -> int:
         if effect.path:
             from lce_app.use_cases.try_effect import try_effect
 
-            try_effect(effect)
-            print("\nTried out: it compiles, changes nothing at its null value, and something at its typical one.")
+            print("", *try_effect(effect).sentences, sep="\n")
     else:
         width = max(len(name) for name in library())
         for effect in _by_stage():
