@@ -248,7 +248,7 @@ class DiscoverOptions:
     false_alarm: float = 0.05
     lags_s: tuple[float, ...] = (0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0)
     refitted: int = 3
-    alike: float = 0.9
+    alike: float = 0.95
     forms: int = 5
     found: int = 2
 

@@ -17,13 +17,18 @@ from lce_model.lag import lag
 class Covariate:
     """A quantity of the strip that an unknown function may depend on.
 
-    words : what people call it; lagged : is it x - lag(x, tau)?
+    words : what people call it; lagged : has it the time constant of a lag?
     """
 
     name: str
     unit: str
     words: str
     lagged: bool = False
+
+    @property
+    def published(self) -> str:
+        """Its name in files: a lagged power is one, whether the power itself is taken off or not."""
+        return "lagged_power" if self.name == "late_power" else self.name
 
 
 COVARIATES: Final[tuple[Covariate, ...]] = (
@@ -40,6 +45,7 @@ COVARIATES: Final[tuple[Covariate, ...]] = (
     Covariate("lagged_temperature", "K", "the temperature less what it was before", lagged=True),
     Covariate("lagged_power", "W", "the laser power less what it was before", lagged=True),
     Covariate("lagged_displacement", "m", "the displacement less what it was before", lagged=True),
+    Covariate("late_power", "W", "what the laser power was before", lagged=True),
 )
 """In the order of their numbers."""
 NUMBER: Final[dict[str, int]] = {covariate.name: i for i, covariate in enumerate(COVARIATES)}
@@ -97,10 +103,10 @@ def follow(
         value = memory
     else:
         now = temperature if covariate == 10.0 else displacement
-        if covariate == 11.0:
+        if covariate == 11.0 or covariate == 13.0:
             # The power is held over the step.
             now = before = power
         memory = now if math.isnan(memory) else lag(memory, before, now, dt, tau)
         before = now
-        value = now - memory
+        value = memory if covariate == 13.0 else now - memory
     return memory, before, value
