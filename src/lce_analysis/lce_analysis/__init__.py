@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import compare
+    from lce_analysis.comparison.predictive_check import predictive_check
     from lce_analysis.diagnosis import add_effect, diagnose
     from lce_analysis.experiment_design import design
     from lce_analysis.identification import fit
@@ -44,12 +45,14 @@ __all__ = [
     "diagnose",
     "fit",
     "load_model",
+    "predictive_check",
     "read_runs",
     "save_model",
 ]
 
 _HOME = {
     "lce_analysis.comparison.compare": ("compare",),
+    "lce_analysis.comparison.predictive_check": ("predictive_check",),
     "lce_analysis.diagnosis": ("add_effect", "diagnose"),
     "lce_analysis.experiment_design": ("design",),
     "lce_analysis.identification": ("fit",),

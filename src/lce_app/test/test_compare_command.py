@@ -45,6 +45,22 @@ def test_table_json_and_report(run: Path, tmp_path: Path, capsys: pytest.Capture
     assert content["sentences"][0] in report.read_text(encoding="utf-8")
 
 
+def test_the_predictive_check_is_told_and_shown(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, report, numbers = tmp_path / "m.yaml", tmp_path / "r.html", tmp_path / "r.json"
+    save_model(default_model(), model)
+    asked = ["compare", str(run), "--model", str(model), "--json", str(numbers)]
+    assert lce([*asked, "--predictive-check", "40", "--report", str(report)]) == 0
+    out, content = capsys.readouterr().out, json.loads(numbers.read_text())["predictive_check"]
+    assert content["draws"] == 40
+    assert content["temperature"]["as_expected"] and content["displacement"]["as_expected"]
+    assert all(sentence in out and sentence in report.read_text() for sentence in content["sentences"])
+    assert "Predictive check" in report.read_text()
+    assert lce(asked) == 0
+    assert json.loads(numbers.read_text())["predictive_check"] is None
+    assert lce([*asked, "--predictive-check", "3"]) == 1
+    assert "3 simulations are too few" in capsys.readouterr().err
+
+
 def test_what_cannot_be_compared_is_one_line_and_writes_nothing(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

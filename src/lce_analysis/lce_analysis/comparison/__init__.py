@@ -5,4 +5,6 @@
 ``metrics``      measures of misfit.
 ``residuals``    correlations, profiles and maps of residuals.
 ``conditions``   operating conditions, and each one's share of the error.
+``predictive_check``   simulations with noise and uncertainty beside the data.
+``simulated_series``, ``sensor_process``   those simulations, and the noise in them.
 """

@@ -143,6 +143,10 @@ class Problem:
         start = self.split(variables)[1][run : run + 1]
         return np.asarray(self._outputs(run, self.own(variables, run)[None], start)[0])
 
+    def outputs(self, run: int, variables: Floats) -> Floats:
+        """Kernel outputs (m, n, columns) of one run for rows of variables (m, all)."""
+        return self._outputs(run, self.own(variables, run), self.split(variables)[1][:, run])
+
     def _outputs(self, run: int, own: Floats, start_k: Floats) -> Floats:
         """Kernel outputs (m, n, columns) of one run for rows of its free parameters (m, k) and starts (m,)."""
         return self.inputs[run].simulate(self.model, self._rows(run, own), np.ascontiguousarray(start_k))

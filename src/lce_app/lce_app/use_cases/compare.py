@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import lce_analysis.comparison.compare as comparing
+import lce_analysis.comparison.predictive_check as checking
+from lce_analysis.comparison.predictive_check import PredictiveCheck
 from lce_analysis.options import CompareOptions
 from lce_analysis.prediction import excited
 from lce_app.use_cases.loading import load_runs
@@ -20,10 +22,11 @@ from lce_report.pages.comparison import render_comparison
 
 @dataclass(frozen=True)
 class Compared:
-    """The comparison, and a sentence for each run that says little of the model."""
+    """The comparison, a sentence for each run that says little of the model, and the predictive check if asked for."""
 
     comparison: comparing.Comparison
     warnings: tuple[str, ...]
+    check: PredictiveCheck | None = None
 
 
 def compare(
@@ -32,6 +35,7 @@ def compare(
     options: CompareOptions = CompareOptions(),
     json_file: Path | None = None,
     report_file: Path | None = None,
+    simulations: int = 0,
     progress: Progress = silent,
     cancel: CancelToken | None = None,
 ) -> Compared:
@@ -43,7 +47,8 @@ def compare(
     model_file : as `lce fit` writes it.
     options : what drives the deformation, and from which size on a misfit counts.
     json_file, report_file : numbers in SI or °C as JSON, and figures as one HTML file; not written if None.
-    progress : called after each run.
+    simulations : of the predictive check, 20 or more; 0: none.
+    progress : called after each run, and after each part of the simulations.
     cancel : stops between two runs and raises Cancelled; nothing is written.
 
     Returns
@@ -62,14 +67,20 @@ def compare(
     >>> found = compare([Path("runs/prbs")], Path("model.yaml"), report_file=Path("compare.html"))  # doctest: +SKIP
     >>> print(found.comparison.sentences[0])  # doctest: +SKIP
     """
-    runs = load_runs(run_files)
-    comparison = comparing.compare(load_model(model_file), runs, options, progress, cancel)
-    report = render_comparison(comparison) if report_file else ""
+    runs, model = load_runs(run_files), load_model(model_file)
+    comparison = comparing.compare(model, runs, options, progress, cancel)
+    check = None
+    if simulations:
+        check = checking.predictive_check(
+            model, runs, draws=simulations, options=options, progress=progress, cancel=cancel
+        )
+    report = render_comparison(comparison, check) if report_file else ""
     if json_file:
-        write_atomically(json_file, json.dumps(comparing.as_json(comparison), allow_nan=False) + "\n")
+        content = comparing.as_json(comparison) | {"predictive_check": check and checking.as_json(check)}
+        write_atomically(json_file, json.dumps(content, allow_nan=False) + "\n")
     if report_file:
         write_atomically(report_file, report)
     dark = [run.name for run in runs if not excited(run)]
     return Compared(
-        comparison, tuple(f"{name}: the laser power never changes; it says little of the model" for name in dark)
+        comparison, tuple(f"{name}: the laser power never changes; it says little of the model" for name in dark), check
     )

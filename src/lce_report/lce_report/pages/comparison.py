@@ -2,21 +2,24 @@
 """The report of `lce compare`: the misfit, where the error sits, every run, the model."""
 
 from lce_analysis.comparison.compare import Comparison
+from lce_analysis.comparison.predictive_check import PredictiveCheck
 from lce_analysis.options import CompareOptions
 from lce_model import Model
 from lce_report.blocks import Section, Table
 from lce_report.figures.errors import misfit, where
+from lce_report.figures.predictive_check import predictive_check_section
 from lce_report.figures.run import run_section
 from lce_report.html.render import render
 from lce_report.pages.footer import model_name, provenance
 
 
-def render_comparison(comparison: Comparison) -> str:
+def render_comparison(comparison: Comparison, check: PredictiveCheck | None = None) -> str:
     """A model beside runs as one self-contained HTML file.
 
     Parameters
     ----------
     comparison : misfit by run and channel, in °C or SI; the axes are in the display units of the channels.
+    check : simulations with noise and uncertainty beside the same runs; no such section if None.
 
     Returns
     -------
@@ -31,6 +34,7 @@ def render_comparison(comparison: Comparison) -> str:
             "Where the error sits",
             (*(where(c, shares) for c, shares in comparison.shares.items()), _conditions(comparison.options)),
         ),
+        *(() if check is None else (predictive_check_section(check),)),
         *(run_section(run) for run in comparison.runs),
         Section("The model", (parameters(comparison.model),)),
     )

@@ -26,19 +26,39 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="model",
         help="what drives T→d: the model's thermal state (default), or the measured temperature, smoothed",
     )
+    parser.add_argument(
+        "--predictive-check",
+        type=int,
+        nargs="?",
+        const=200,
+        default=0,
+        metavar="N",
+        help="simulate the runs N times (200) with the noise of the sensors and the uncertainty of the parameters, and "
+        "say which samples lie outside of 90 %% of that",
+    )
 
 
 def main(args: argparse.Namespace) -> int:
     """Compare, print a table and where the error sits, write what was asked for."""
     check_inputs(args.runs, [args.model])
     from lce_analysis.options import CompareOptions
+    from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.compare import compare
 
-    found = compare(args.runs, args.model, CompareOptions(drive=args.drive), args.json, args.report)
+    with FitBar() as bar:
+        found = compare(
+            args.runs,
+            args.model,
+            CompareOptions(drive=args.drive),
+            args.json,
+            args.report,
+            args.predictive_check,
+            progress=bar,
+        )
     for warning in found.warnings:
         print(f"lce: {warning}", file=sys.stderr)
     print(_table(found.comparison))
-    print("\n".join(["", *found.comparison.sentences]))
+    print("\n".join(["", *found.comparison.sentences, *(found.check.sentences if found.check else ())]))
     print_files(args.json, args.report)
     return 0
 
