@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a walk looks like in time: a period, steps, or neither but a correlation over some seconds.
+
+All three are judged on the data, not on the smoothed path: a wave or a few steps of the parameter must take as much of
+the squared error as the walk itself.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lce_analysis.discovery.walk_smoother import Smoothed
+
+Floats = NDArray[np.float64]
+
+LEAST_PERIODS: Final = 4.0
+"""A period that the longest run does not hold so many times is none."""
+FINENESS: Final = 4.0
+"""Frequencies tried for each one over the duration of the longest run."""
+MOST_STEPS: Final = 60
+"""Steps of a run, at most."""
+LEFT: Final = 1e-7
+"""Part of a step's own squared response that the steps before it must leave."""
+STEP_PRICE: Final = 2.0
+"""Numbers that a step takes: its time and its height."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """How a walk goes on in time.
+
+    kind : "period", "steps" or "correlated".
+    seconds : the period, the median time between two steps of a run (infinite if there is one at most), or the
+        correlation time [s].
+    share : of what the walk takes of the squared error, that a wave of this period or these steps take.
+    """
+
+    kind: Literal["period", "steps", "correlated"]
+    seconds: float
+    share: float
+
+
+def pattern(walk: Smoothed, periodic: float) -> Pattern:
+    """The plainest pattern that serves as well as the walk; a period must take the share ``periodic`` of it."""
+    period_s, share = _period(walk)
+    if share >= periodic:
+        return Pattern("period", period_s, share)
+    between_s, gain, share = _steps(walk)
+    if gain >= walk.ln_gain:
+        return Pattern("steps", between_s, share)
+    return Pattern("correlated", walk.correlation_s, 1.0)
+
+
+def _period(walk: Smoothed) -> tuple[float, float]:
+    """The best period [s] of a wave with an amplitude and a phase for each run, and the share that it takes."""
+    longest = max(float(run.edges_s[-1]) for run in walk.runs)
+    shortest = 4.0 * max(float(run.edges_s[1] - run.edges_s[0]) for run in walk.runs)
+    frequencies = np.arange(LEAST_PERIODS / longest, 1.0 / shortest, 1.0 / (FINENESS * longest))
+    if frequencies.size == 0:
+        return np.inf, 0.0
+    gains = np.zeros(frequencies.size)
+    for run, rest in zip(walk.runs, walk.walked, strict=True):
+        phase = 2.0 * np.pi * np.outer(run.middles_s, frequencies)
+        responses = run.responses[walk.parameter]
+        for i, (s, c) in enumerate(zip((responses @ np.sin(phase)).T, (responses @ np.cos(phase)).T, strict=True)):
+            columns = np.column_stack([s, c])
+            gram, moment = columns.T @ columns, columns.T @ rest
+            gains[i] += float(moment @ np.linalg.pinv(gram, rcond=1e-9) @ moment)
+    best = int(np.argmax(gains))
+    total = sum(float(rest @ rest) for rest in walk.walked) - sum(float(rest @ rest) for rest in walk.remains)
+    return float(1.0 / frequencies[best]), float(gains[best] / total)
+
+
+def _steps(walk: Smoothed) -> tuple[float, float, float]:
+    """Median time [s] between two steps, what they gain in ln likelihood less their price, and the share they take."""
+    after, price, gaps = 0.0, 0.0, []
+    for run, rest in zip(walk.runs, walk.walked, strict=True):
+        steps = np.cumsum(run.responses[walk.parameter][:, ::-1], axis=1)[:, ::-1]
+        chosen, left = _chosen(steps, rest, walk.s2)
+        gaps += list(np.diff(_merged(run.edges_s[chosen], float(run.edges_s[1]))))
+        after += left
+        price += 0.5 * STEP_PRICE * len(chosen) * float(np.log(rest.size))
+    between = float(np.median(gaps)) if gaps else float("inf")
+    before = sum(float(rest @ rest) for rest in walk.without)
+    size = sum(rest.size for rest in walk.without)
+    gain = 0.5 * size * float(np.log(before / max(after, 1e-300))) - price
+    return between, gain, (before - after) / float(walk.reductions.sum())
+
+
+def _merged(times_s: Floats, width_s: float) -> Floats:
+    """Rising times; of neighbours, which are one step between two edges, the mean."""
+    ordered = np.sort(times_s)
+    groups = np.split(ordered, np.flatnonzero(np.diff(ordered) > 1.5 * width_s) + 1)
+    return np.array([group.mean() for group in groups if group.size])
+
+
+def _chosen(columns: Floats, rest: Floats, s2: float) -> tuple[list[int], float]:
+    """Columns that take their price, by orthogonal matching pursuit, and the squared error that they leave."""
+    chosen: list[int] = []
+    basis: list[Floats] = []
+    left, norms = rest, np.sum(columns**2, axis=0)
+    plain = np.maximum(norms, 1e-6 * float(norms.max()))
+    while len(chosen) < min(MOST_STEPS, columns.shape[1]):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gains = np.where(norms > LEFT * plain, (columns.T @ left) ** 2 / norms, 0.0)
+        best = int(np.argmax(gains))
+        if gains[best] <= s2 * STEP_PRICE * np.log(rest.size):
+            break
+        direction = columns[:, best] - sum((b * (b @ columns[:, best]) for b in basis), np.zeros(rest.size))
+        direction /= np.linalg.norm(direction)
+        left = left - direction * float(direction @ left)
+        norms = norms - (direction @ columns) ** 2
+        basis.append(direction)
+        chosen.append(best)
+    return chosen, float(left @ left)
