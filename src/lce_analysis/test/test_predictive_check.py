@@ -2,6 +2,7 @@
 """The predictive check: nine samples in ten are inside where the model is right, and where it is not, that is named."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -20,7 +21,7 @@ from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.progress import Cancelled, CancelToken
 from lce_data.run import Run, Series
-from lce_model import Model, default_model, simulate
+from lce_model import Model, Variation, default_model, simulate
 
 STRIP = default_model("lumped", "equilibrium").set({"lumped.tau": 16.0, "lumped.gain": 33.0})
 TIME = np.arange(0.0, 90.0, 0.01)
@@ -106,6 +107,21 @@ def test_a_run_that_is_unlike_the_others_is_named() -> None:
     odd = recorded(STRIP.set({"lumped.gain": 33.5}), 4)
     found = predictive_check(result.model, [*runs, odd], runs, draws=60)
     assert "; fewest in steps4, " in found.sentences[0]
+
+
+def test_rooms_that_differ_from_run_to_run() -> None:
+    rooms = {"a": 299.0, "b": 301.0, "c": 303.0}
+    runs = [
+        replace(recorded(STRIP.set({"ambient.t_env": t_env}), seed), name=name)
+        for seed, (name, t_env) in enumerate(rooms.items())
+    ]
+    model = default_model("lumped", "equilibrium").varying({"ambient.t_env": Variation()})
+    model = fit(model, runs).model
+    for found in (
+        predictive_check(model, runs, draws=60),
+        predictive_check(model, runs[2:], fitted_to=runs[:2], draws=60),
+    ):
+        assert all(check.inside == pytest.approx(0.9, abs=0.03) for check in found.channels.values())
 
 
 def test_draws_have_the_standard_errors_of_the_fit() -> None:

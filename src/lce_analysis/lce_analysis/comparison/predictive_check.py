@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Would the model have measured this? Simulations with its noise and its uncertainty, beside what was measured.
 
-This is the visual predictive check of the pharmacometricians (Holford 2005), of residuals as in its
-prediction-corrected form (Bergstrand et al. 2011): the model is simulated some hundred times, each time with parameters
-that the noise in the data leaves possible and with noise of the sensors, and the quantiles of the simulated residuals
-in each regime make a band in which the quantiles of the measured residual should lie.
+This is the visual predictive check of the pharmacometricians (Holford 2005), of residuals, for which their prediction
+correction does the same (Bergstrand et al. 2011, doi:10.1208/s12248-011-9255-z): the model is simulated some hundred
+times, each time with parameters that the noise in the data leaves possible and with noise of the sensors, and the
+quantiles of the simulated residuals in each regime make a band in which the quantiles of the measured residual should
+lie. Where a measured temperature drives the deformation, its error is not simulated.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -156,6 +157,7 @@ def predictive_check(
     model : at its least squares.
     runs : what it is laid over.
     fitted_to : the runs that it was fitted to, which say how uncertain its parameters are; ``runs`` if none are given.
+        What varies from run to run then keeps its values.
     draws : simulations, 20 or more.
     seed : of parameters and noise; the same seed gives the same result.
     options : what drives the deformation, and how regimes are told apart.

@@ -28,13 +28,16 @@ CHUNK: Final = 250_000
 
 
 def variables_of(problem: Problem, known: Problem, draws: int, seed: int) -> Floats:
-    """Variables (draws, all) of a problem, its shared parameters as uncertain as in the problem of the known runs."""
+    """Variables (draws, all) of a problem, its shared parameters as uncertain as in the problem of the known runs.
+
+    What varies from run to run keeps its values, unless the runs themselves are the known ones.
+    """
     if known is problem:
         return draw_variables(_weighed(problem), draws, seed)
     variables = np.repeat(problem.first()[None], draws, axis=0)
     if known.observed:
-        shared = len(problem.free)
-        variables[:, :shared] = draw_variables(_weighed(known), draws, seed)[:, :shared]
+        shared = [j for j in range(len(problem.free)) if j not in problem.varying]
+        variables[:, shared] = draw_variables(_weighed(known), draws, seed)[:, shared]
     return variables
 
 
