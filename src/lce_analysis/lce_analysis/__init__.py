@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from lce_analysis.comparison.compare import compare
     from lce_analysis.comparison.predictive_check import predictive_check
     from lce_analysis.diagnosis import add_effect, diagnose
+    from lce_analysis.discovery import discover
     from lce_analysis.experiment_design import design
     from lce_analysis.identification import fit
-    from lce_analysis.options import CompareOptions, DesignOptions, DiagnoseOptions, FitOptions
+    from lce_analysis.options import CompareOptions, DesignOptions, DiagnoseOptions, DiscoverOptions, FitOptions
     from lce_data.errors import LceError
     from lce_data.progress import CancelToken
     from lce_data.read_runs import read_runs
@@ -34,6 +35,7 @@ __all__ = [
     "CompareOptions",
     "DesignOptions",
     "DiagnoseOptions",
+    "DiscoverOptions",
     "FitOptions",
     "LceError",
     "Model",
@@ -43,6 +45,7 @@ __all__ = [
     "default_model",
     "design",
     "diagnose",
+    "discover",
     "fit",
     "load_model",
     "predictive_check",
@@ -54,9 +57,10 @@ _HOME = {
     "lce_analysis.comparison.compare": ("compare",),
     "lce_analysis.comparison.predictive_check": ("predictive_check",),
     "lce_analysis.diagnosis": ("add_effect", "diagnose"),
+    "lce_analysis.discovery": ("discover",),
     "lce_analysis.experiment_design": ("design",),
     "lce_analysis.identification": ("fit",),
-    "lce_analysis.options": ("CompareOptions", "DesignOptions", "DiagnoseOptions", "FitOptions"),
+    "lce_analysis.options": ("CompareOptions", "DesignOptions", "DiagnoseOptions", "DiscoverOptions", "FitOptions"),
     "lce_data.errors": ("LceError",),
     "lce_data.progress": ("CancelToken",),
     "lce_data.read_runs": ("read_runs",),

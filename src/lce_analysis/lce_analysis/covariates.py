@@ -6,7 +6,6 @@ with the noise of the camera.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,37 +13,15 @@ from numpy.typing import NDArray
 
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.prediction import SimulationInput
+from lce_model.closures.covariates import COVARIATES as KNOWN
+from lce_model.closures.covariates import Covariate
 from lce_model.kernel.generate import RECORDED
 
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Covariate:
-    """A quantity that a residual may depend on: its name in a JSON file, its words in a sentence, its SI unit."""
-
-    name: str
-    words: str
-    unit: str
-
-
-COVARIATES: Final[Mapping[str, Covariate]] = {
-    c.name: c
-    for c in (
-        Covariate("temperature", "temperature", "K"),
-        Covariate("rate", "heating rate", "K/s"),
-        Covariate("power", "laser power", "W"),
-        Covariate("order", "order parameter", "1"),
-        Covariate("displacement", "displacement", "m"),
-        Covariate("time", "time", "s"),
-        Covariate("dose", "dose of light", "J"),
-        Covariate("path", "path of the temperature", "K"),
-        Covariate("branch", "branch", "1"),
-        Covariate("cycle", "cycle", "1"),
-    )
-}
-"""By name. ``path`` is ∫|dT|, ``dose`` ∫P dt, ``branch`` +1 while heating and -1 while cooling, ``cycle`` counts the
-turns from cooling to heating since the run began."""
+COVARIATES: Final[Mapping[str, Covariate]] = {c.name: c for c in KNOWN if not c.lagged and c.published == c.name}
+"""By name."""
 
 
 def covariates_on_grid(run_input: SimulationInput, out: Floats) -> dict[str, Floats]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lce_analysis.diagnosis.accepted import Accepted, Step
     from lce_analysis.diagnosis.held_out import HeldOut
     from lce_analysis.diagnosis.ranking import Candidate, Standing
+    from lce_analysis.discovery import Discovery
     from lce_model import RunValue
 
 LEADING: Final = 4
@@ -77,7 +78,7 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
     others = [c.effect.name for c in found.candidates if c.trial is None]
     leaders = [c for c in leading(found) if c.trial and c.trial.strengths]
     return DiagnosisTables(
-        errors=_errors(found),
+        errors=error_columns(found, [accepted.label for accepted in found.accepted]),
         steps=_steps(found.accepted) if found.accepted else None,
         varies=values_by_run(found.model) if found.model.varies else None,
         strengths=_strengths({c.effect: _by_run(c, found.runs) for c in leaders}) if leaders else None,
@@ -167,9 +168,8 @@ def models_tried(model: Model) -> Table:
     return Table("Models tried (NRMSE)", head, rows)
 
 
-def _errors(found: Diagnosis) -> Table:
+def error_columns(found: Diagnosis | Discovery, added: Sequence[str]) -> Table:
     """Three columns for each sensor on each set of runs; without an addition the third would be the second."""
-    added = [accepted.label for accepted in found.accepted]
     head = ["runs", "sensor", "as given", "refitted"]
     rows = []
     for label, names, table in (("training", found.runs, found.train), ("held out", found.held_out, found.test)):
@@ -204,10 +204,10 @@ def _steps(steps: Sequence[Accepted]) -> Table:
         (
             step.label,
             ", ".join(step.alias_set[1:]) or NOTHING,
-            _percent(step.predicted_reduction),
-            _percent(step.actual_reduction),
-            _left_out(step.held_out),
-            *(_without_with(step.held_out, c) for c in sensors),
+            percent(step.predicted_reduction),
+            percent(step.actual_reduction),
+            left_out(step.held_out),
+            *(without_with(step.held_out, c) for c in sensors),
         )
         for step in steps
     ]
@@ -257,9 +257,9 @@ def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
                 c.effect.name,
                 c.effect.meaning,
                 _estimate(c.strength, unit),
-                _percent(c.predicted_reduction),
-                NOTHING if actual is None else _percent(actual),
-                *(NOTHING if of is None else _without_with(of, s) for s in sensors),
+                percent(c.predicted_reduction),
+                NOTHING if actual is None else percent(actual),
+                *(NOTHING if of is None else without_with(of, s) for s in sensors),
                 outcome(c.standing, c.reason),
             )
         )
@@ -295,11 +295,13 @@ def _few(names: Sequence[str]) -> str:
     return text if len(text) <= NAMES else f"{len(names)} runs"
 
 
-def _left_out(held_out: HeldOut) -> str:
+def left_out(held_out: HeldOut) -> str:
+    """What was left out, in a few words."""
     return _few(held_out.names) if held_out.how == "test runs" else held_out.how
 
 
-def _without_with(held_out: HeldOut, channel: Channel) -> str:
+def without_with(held_out: HeldOut, channel: Channel) -> str:
+    """RMS errors of a sensor on data left out, × noise: "4.66 → 2.03"."""
     if channel not in held_out.before.total or channel not in held_out.after.total:
         return NOTHING
     return f"{_rms(held_out.before, channel)} → {_rms(held_out.after, channel)}"
@@ -311,10 +313,11 @@ def _rms(misfit: Misfit, channel: Channel) -> str:
 
 def _went(before: float, after: float) -> str:
     """Share of a mean squared error above the noise that went."""
-    return _percent(share_of(before, after)) if before > NOISE else NOTHING
+    return percent(share_of(before, after)) if before > NOISE else NOTHING
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """A share in whole percent."""
     return f"{share:.0%}".replace("-", "−")
 
 

@@ -84,11 +84,11 @@ def refitted(
     """The model refitted with the curve, each of its knots free."""
     stage, candidate = examination.stage, examined.candidate
     base = stage.fit.problem
-    size = float(np.max(np.abs(examined.weights)))
-    room = ROOM * np.maximum(np.sqrt(np.diag(examined.covariance)), size)
-    start = base.model.set({**candidate.settings, **dict(zip(candidate.weights, examined.weights, strict=True))})
+    weights, covariance = examined.seen
+    room = ROOM * np.maximum(np.sqrt(np.diag(covariance)), float(np.max(np.abs(weights))))
+    start = base.model.set({**candidate.settings, **dict(zip(candidate.weights, weights, strict=True))})
     start = start.hold(
-        {key: (float(w - r), float(w + r)) for key, w, r in zip(candidate.weights, examined.weights, room, strict=True)}
+        {key: (float(w - r), float(w + r)) for key, w, r in zip(candidate.weights, weights, room, strict=True)}
     )
     free = tuple(sorted({*base.free, *(start.index(key) for key in candidate.weights)}))
     fit = refit(replace(base, model=start, free=free), f"{candidate.label}", progress, ITERATIONS, 1e-4)

@@ -164,8 +164,7 @@ class Moments:
 class Examined:
     """What the data say of a function before any refit.
 
-    weights : (K,) the most likely curve, in the unit of its place, less what the free parameters absorb of it.
-    covariance : (K, K) of it.
+    weights : (K,) the most likely curve, in the unit of its place; covariance : (K, K) of it.
     gain : of the squared error, in units of the noise, that it promises.
     gain_left_out : the same on each run, of the curve that the others give.
     ln_evidence : against no function.
@@ -182,6 +181,12 @@ class Examined:
     def candidate(self) -> Candidate:
         """Which function."""
         return self.moments.candidate
+
+    @property
+    def seen(self) -> tuple[Floats, Floats]:
+        """The curve (K,) and its covariance (K, K), less what the free parameters absorb of it."""
+        onto = self.moments.seen
+        return onto @ self.weights, onto @ self.covariance @ onto.T
 
 
 @dataclass(frozen=True)
@@ -218,6 +223,9 @@ def _covariates(problem: Problem, run: int, options: DiscoverOptions) -> dict[tu
     run_input = problem.inputs[run]
     plain = covariates_on_grid(run_input, problem.simulated(run))
     found: dict[tuple[str, float | None], Floats] = {(name, None): x for name, x in plain.items()}
+    if "displacement" in plain:
+        moved = np.abs(np.diff(plain["displacement"]))
+        found["displacement_path", None] = np.concatenate([[0.0], np.cumsum(moved)])
     for covariate in (c for c in COVARIATES if c.lagged):
         kind, _, of = covariate.name.partition("_")
         if of in plain:
@@ -322,8 +330,8 @@ def _weighed(moments: Moments, variance: float) -> Examined:
     ln_evidence = 0.5 * np.sum(wide * turned**2 / (1.0 + wide * size) - np.log1p(wide * size), axis=1)
     best = int(np.argmax(ln_evidence))
     root = factor @ axes * np.sqrt(wide[best] / (1.0 + wide[best] * size))
-    covariance = moments.seen @ root @ root.T @ moments.seen.T
-    weights = moments.seen @ root @ root.T @ moment
+    covariance = root @ root.T
+    weights = covariance @ moment
     return Examined(
         moments=moments,
         weights=weights,

@@ -39,7 +39,7 @@ class Curve:
         lag = "" if candidate.tau_s is None else f" {candidate.tau_s:g} s"
         told = (
             f"{candidate.place.words} {'lacks' if self.y[at] > 0.0 else 'has too much by'} {kind} "
-            f"at {_where(candidate, self.x[at])}, {self._course} {candidate.covariate.words}{lag}"
+            f"at {_where(candidate, self.x[at])}, {self._course} the {candidate.covariate.words}{lag}"
         )
         absorbed = [word for word, is_so in (("a constant", self.offset), ("a straight line", self.slope)) if is_so]
         return f"{told}; {' and '.join(absorbed)} may be added to it, as the model absorbs that" if absorbed else told
@@ -69,7 +69,7 @@ def curve(closure: Closure) -> Curve:
         line = np.column_stack([np.ones(own.size), x - candidate.reference])[:, : 2 if slope else 1]
         gauge[:, near] -= line @ np.linalg.pinv(line[near])
     y = gauge @ (moments.seen @ closure.weights)[own]
-    covariance = gauge @ closure.examined.covariance[np.ix_(own, own)] @ gauge.T
+    covariance = gauge @ closure.examined.seen[1][np.ix_(own, own)] @ gauge.T
     return Curve(candidate, x, y, np.sqrt(np.maximum(np.diag(covariance), 0.0)), offset, slope)
 
 
@@ -90,4 +90,4 @@ def _where(candidate: Candidate, value: float) -> str:
         return f"{value * 1e3:.3g} mm"
     if name == "branch":
         return "heating" if value > 0.0 else "cooling"
-    return f"{candidate.covariate.name.replace('_', ' ')} {value:.3g}{'' if unit == '1' else ' ' + unit}"
+    return f"{candidate.covariate.published.replace('_', ' ')} {value:.3g}{'' if unit == '1' else ' ' + unit}"

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lce_analysis.diagnosis.diagnosis import ErrorTable, errors
+from lce_analysis.diagnosis.diagnosis import Column, ErrorTable, errors
 from lce_analysis.diagnosis.held_out import DataLeftOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, share_removed
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, carried, refit_stages
@@ -17,9 +17,14 @@ from lce_analysis.discovery.closures import Examination, examine
 from lce_analysis.discovery.curve import Curve, curve
 from lce_analysis.discovery.formulas import Formula, formulas, with_formula
 from lce_analysis.discovery.found_file import effect_file, name_of
+from lce_analysis.discovery.random_walk import Walk, disturbances
+from lce_analysis.discovery.words import in_words
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.options import DiscoverOptions
 from lce_analysis.prediction import MECHANICAL, simulation_input, with_ambient_at_rest
+from lce_analysis.signatures.catalogue import signatures
+from lce_analysis.signatures.series import residual_series
+from lce_analysis.signatures.signature import Signature
 from lce_data.channels import SENSORS, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -63,10 +68,13 @@ class Discovery:
     ----------
     verdict : "found" (a function of a covariate is missing), "disturbance" (something that does not repeat), "nothing".
     given, before, model : as given, refitted, and with what was found, which its closures hold.
+    signatures : what the residual of the refitted model shows, strongest first.
     found : the functions, in the order in which they were found: the heat, then the deformation.
     tried : every function that was refitted, with what speaks against it.
     examinations : what every function promised, by part of the model.
+    walks : parameters that would have to change during the runs to explain what is left after that.
     train, test : errors of the three models on the runs and on those held out.
+    explained : a sensor whose RMS error is within so many times its noise is explained.
     runs, held_out : names.
     seconds : how long it took [s].
     """
@@ -75,21 +83,34 @@ class Discovery:
     given: Model
     before: Model
     model: Model
+    signatures: tuple[Signature, ...]
     found: tuple[Found, ...]
     tried: tuple[Closure, ...]
     examinations: tuple[Examination, ...]
+    walks: tuple[Walk, ...]
+    explained: float
     train: ErrorTable
     test: ErrorTable
     runs: tuple[str, ...]
     held_out: tuple[str, ...]
     seconds: float
 
+    @property
+    def largest(self) -> float:
+        """The largest RMS error of a sensor that the final model leaves in the runs, in units of its noise."""
+        return max(self.train.misfit["after"].rms.values())
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The answer in words."""
+        return tuple(in_words(self))
+
     def as_json(self) -> dict[str, Any]:
         """The contract's record: all keys always there, numbers in SI or °C."""
         strongest = sorted(self.found, key=lambda f: -f.closure.examined.ln_evidence)
         return {
             "verdict": self.verdict,
-            "signatures": [],
+            "signatures": [one.as_json() for one in self.signatures],
             "closures": [_closure_json(f) for f in strongest],
             "formulas": [_formula_json(i, f, one) for i, f in enumerate(strongest) for one in f.formulas],
             "error": {
@@ -123,7 +144,7 @@ def _formula_json(number: int, found: Found, formula: Formula) -> dict[str, Any]
     return {
         "closure": number,
         "form": formula.form.name,
-        "expression": f"c f(x), f(x) = {formula.form.expression}",
+        "expression": formula.expression,
         "parameters": {name: [value, error] for name, value, error in formula.values},
         "set": [one.form.name for one in found.formulas],
     }
@@ -168,19 +189,28 @@ def discover(
     search = _Search(model, runs, test_runs, options, watched(progress, cancel))
     search.run()
     return Discovery(
-        verdict="found" if search.found else "nothing",
+        verdict=_verdict(search),
         given=model,
         before=search.base.model,
         model=search.present.model,
+        signatures=signatures(residual_series(search.base.model, runs, search.base.drive)),
         found=tuple(search.found),
         tried=tuple(search.tried),
         examinations=tuple(search.examinations),
+        walks=search.walks,
+        explained=options.diagnosis.explained,
         train=search.errors(model, search.data.judged),
         test=search.errors(model, search.tests),
         runs=tuple(run.name for run in runs),
         held_out=tuple(run.name for run in test_runs),
         seconds=perf_counter() - began,
     )
+
+
+def _verdict(search: "_Search") -> Verdict:
+    if search.found:
+        return "found"
+    return "disturbance" if any(walk.kind == "disturbance" for walk in search.walks) else "nothing"
 
 
 class _Search:
@@ -206,6 +236,7 @@ class _Search:
         self.found: list[Found] = []
         self.tried: list[Closure] = []
         self.examinations: list[Examination] = []
+        self.walks: tuple[Walk, ...] = ()
         self.base = self.present = self._refitted(model)
 
     def run(self) -> None:
@@ -213,6 +244,7 @@ class _Search:
         for part in ("heat", "deformation"):
             if len(self.found) < self.options.found and (stage := self._unexplained(part)):
                 self._search(stage)
+        self.walks = disturbances(self.present, progress=self.progress)
         data = self.data
         self.base = refit_stages(self.base.model, data, (), self.options.diagnosis, self.progress)
         if self.found:
@@ -222,7 +254,7 @@ class _Search:
 
     def errors(self, given: Model, judged_runs: JudgedRuns) -> ErrorTable:
         """Errors of the three models."""
-        models = {"given": given, "before": self.base.model, "after": self.present.model}
+        models: dict[Column, Model] = {"given": given, "before": self.base.model, "after": self.present.model}
         drive = self.present.drive
         return ErrorTable(
             {column: judged_runs.misfit(model, drive) for column, model in models.items()},
@@ -271,11 +303,15 @@ class _Search:
     def _with_rivals(self, best: Closure, tried: Sequence[Closure], examination: Examination) -> Closure:
         """The same, with the functions that were refitted as well in its set."""
         allowed = 2.0 * np.log(self.options.diagnosis.min_likelihood_ratio) * examination.variance
+        left = best.fit.error
+        if left > self.options.diagnosis.near**2 * best.fit.residual.size:
+            # Where much is left, the form of the function is not settled, and errors are no likelihoods.
+            allowed = max(allowed, left)
         close = [one for one in tried if one is not best and not one.objection and best.gain - one.gain < allowed]
         return replace(best, alike=tuple(dict.fromkeys([*best.alike, *(c for one in close for c in one.alike)])))
 
     def _accept(self, best: Closure, examination: Examination) -> None:
-        described = formulas(best, examination.variance, self.options, self.progress)
+        described = formulas(best, examination, self.options, self.progress)
         self.found.append(Found(best, curve(best), described))
         model = self.present.model.add(closure_of(best.candidate.place.name))
         problem = described[0].fit.problem if described else best.fit.problem

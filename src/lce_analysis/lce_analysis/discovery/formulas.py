@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which formulas describe a curve: a dictionary of forms fitted to it, the best refitted in full.
 
-A form f with its numbers is as good as the direction Σ f(z_k) g_k of the examination: it promises (f·b)²/(fᵀAf). A and b
-hold what the free parameters of the model can absorb, and how well the data determine each part of the curve.
+A form f with its numbers is as good as the direction Σ f(z_k) g_k of the examination: it promises (f·b)²/(fᵀAf). A and
+b hold what the free parameters of the model can absorb, and how well the data determine each part of the curve.
 """
 
 import itertools
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
@@ -17,8 +19,9 @@ from scipy.optimize import minimize
 
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
 from lce_analysis.discovery.closure import Closure
-from lce_analysis.discovery.closures import Candidate
+from lce_analysis.discovery.closures import Candidate, Examination
 from lce_analysis.identification.parallel import each
+from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiscoverOptions
 from lce_data.progress import Progress
 from lce_model import Model
@@ -26,11 +29,33 @@ from lce_model.closures.forms import FORMS, Form, Meaning, value
 
 Floats = NDArray[np.float64]
 Numbers = dict[str, float]
+Promise = tuple[float, int, Numbers]
+"""What a form promises: the gain, its number in the dictionary, a and b."""
 
 NO_CURVE: Final = np.zeros(2)
 ITERATIONS: Final = 25
+SYMBOLS: Final[dict[str, str]] = {
+    "temperature": "T",
+    "rate": "(dT/dt)",
+    "power": "P",
+    "order": "Q",
+    "displacement": "d",
+    "time": "t",
+    "dose": "E",
+    "path": "s",
+    "branch": "sign(dT/dt)",
+    "cycle": "n",
+    "lagged_temperature": "(T - lag(T, tau))",
+    "lagged_power": "(P - lag(P, tau))",
+    "lagged_displacement": "(d - lag(d, tau))",
+    "late_power": "lag(P, tau)",
+    "displacement_path": "s",
+}
+"""How formulas write a covariate."""
 PRICE: Final = 2.0
 """Of a number more, in units of the variance (Akaike's)."""
+SAME: Final = 1.0 - 1e-9
+"""Correlation of two curves that are one."""
 ROOM: Final = 100.0
 """The strength may become so many times what was promised."""
 
@@ -57,6 +82,14 @@ class Formula:
         return FORMS[self.number - 1]
 
     @property
+    def expression(self) -> str:
+        """The formula of the covariate: "c (T - T_env)^2"."""
+        symbol = SYMBOLS[self.candidate.covariate.name]
+        x = "(T - T_env)" if symbol == "T" else symbol
+        text = re.sub(r"\bx\b", x, self.form.expression)
+        return "c " + re.sub(r"\bz\b", symbol, re.sub(r"\bz0\b", "T_env", text))
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         """TERM.PARAM of what the form has: its strength, its numbers, and the time constant of the lag."""
         names = ["strength", *self.form.numbers, *(["tau"] if self.candidate.covariate.lagged else [])]
@@ -76,20 +109,38 @@ class Formula:
         return tuple(found)
 
 
-def formulas(closure: Closure, variance: float, options: DiscoverOptions, progress: Progress) -> tuple[Formula, ...]:
-    """The formulas that describe the curve as well as the data can tell, the best first; empty if none does.
+def formulas(
+    closure: Closure, examination: Examination, options: DiscoverOptions, progress: Progress
+) -> tuple[Formula, ...]:
+    """The formulas that describe the curve as well as the data can tell, the simplest first; empty if none does."""
+    variance = examination.variance
+    promising = _different(closure.candidate, sorted(_promised(closure), key=lambda p: _score(p, variance)))
+    promising = promising[: options.forms]
+    tasks = [partial(_refitted, closure, examination, number, numbers) for _, number, numbers in promising]
+    enough = [f for f in each(tasks, "formulas", progress) if f.gain >= options.alike * closure.gain]
+    allowed = min((f.score for f in enough), default=0.0) + 2.0 * math.log(options.diagnosis.min_likelihood_ratio)
+    return tuple(sorted((f for f in enough if f.score < allowed), key=lambda f: (len(f.form.numbers), f.score)))
 
-    variance : s² of the examination.
-    """
-    promising = sorted(_promised(closure), key=lambda p: PRICE * len(p[2]) - p[0] / variance)[: options.forms]
-    tasks = [partial(_refitted, closure, number, numbers, variance) for _, number, numbers in promising]
-    found = sorted(each(tasks, "formulas", progress), key=lambda f: f.score)
-    allowed = 2.0 * math.log(options.diagnosis.min_likelihood_ratio)
-    enough = [f for f in found if f.gain >= options.alike * closure.gain]
-    return tuple(f for f in enough if f.score - enough[0].score < allowed)
+
+def _score(promise: Promise, variance: float) -> float:
+    gain, _, numbers = promise
+    return PRICE * len(numbers) - gain / variance
 
 
-def _promised(closure: Closure) -> list[tuple[float, int, Numbers]]:
+def _different(candidate: Candidate, promises: Sequence[Promise]) -> list[Promise]:
+    """Without the forms that are in these data the same curve as a better one."""
+    found: list[Promise] = []
+    curves: list[Floats] = []
+    for promise in promises:
+        curve = _at_knots(promise[1], candidate, promise[2])
+        curve = curve / max(float(np.linalg.norm(curve)), 1e-300)
+        if all(abs(float(curve @ other)) < SAME for other in curves):
+            found.append(promise)
+            curves.append(curve)
+    return found
+
+
+def _promised(closure: Closure) -> list[Promise]:
     """What each form promises at its best numbers: the gain, the number of the form, a and b."""
     candidate, moments = closure.candidate, closure.examined.moments
     gram, moment = moments.gram, moments.moment
@@ -143,39 +194,48 @@ def _polished(gain: partial[float], first: Numbers, candidate: Candidate, form: 
     """The numbers at the nearest maximum of the gain."""
     names = list(first)
     bounds = [bounds_of(form.numbers[name], candidate) for name in names]
-    found = minimize(
-        lambda x: -gain(dict(zip(names, x.tolist(), strict=True))),
-        [first[name] for name in names],
-        method="Nelder-Mead",
-        bounds=bounds,
-        options={"maxiter": 200},
-    )
+
+    def lost(numbers: Floats) -> float:
+        return -gain(dict(zip(names, numbers.tolist(), strict=True)))
+
+    start = np.array([first[name] for name in names])
+    found = minimize(lost, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 200})
     return dict(zip(names, found.x.tolist(), strict=True))
 
 
-def _refitted(closure: Closure, number: int, numbers: Numbers, variance: float, progress: Progress) -> Formula:
+def _refitted(closure: Closure, examination: Examination, number: int, numbers: Numbers, progress: Progress) -> Formula:
     """The model refitted with the form instead of the curve."""
     candidate, base = closure.candidate, closure.stage.fit.problem
     form, term = FORMS[number - 1], candidate.term
-    strength = _strength(closure, number, numbers)
-    chosen = {"form": float(number), "strength": strength, **numbers}
-    model = closure.fit.problem.model.set(dict.fromkeys(candidate.weights, 0.0))
+    moments, values = closure.examined.moments, _at_knots(number, candidate, numbers)
+    strength = float(values @ moments.moment) / float(values @ moments.gram @ values)
+    effect = strength * values @ examination.projected.directions(candidate)
+    start = _beside(closure, effect, {**candidate.settings, "form": float(number), "strength": strength, **numbers})
     held = {"strength": (-ROOM * abs(strength), ROOM * abs(strength))}
     held |= {name: bounds_of(meaning, candidate) for name, meaning in form.numbers.items()}
     if candidate.tau_s is not None:
         held["tau"] = candidate.tau_s / 4.0, candidate.tau_s * 4.0
-    model = model.hold({f"{term}.{name}": limits for name, limits in held.items()})
-    model = model.set({f"{term}.{name}": x for name, x in chosen.items()})
+    model = start.model.hold({f"{term}.{name}": limits for name, limits in held.items()})
     free = tuple(sorted({*base.free, *(model.index(f"{term}.{name}") for name in held)}))
-    fit = refit(replace(base, model=model, free=free), f"as {form.name}", progress, ITERATIONS, 1e-4)
+    fit = refit(replace(start, model=model, free=free), f"as {form.name}", progress, ITERATIONS, 1e-4)
     price = PRICE * (len(free) - len(base.free))
-    return Formula(candidate, number, fit, closure.stage.fit.error - fit.error, fit.error / variance + price)
+    gain = closure.stage.fit.error - fit.error
+    return Formula(candidate, number, fit, gain, fit.error / examination.variance + price)
 
 
-def _strength(closure: Closure, number: int, numbers: Numbers) -> float:
-    """Where the refit begins: the strength that promises most."""
-    moments, values = closure.examined.moments, _at_knots(number, closure.candidate, numbers)
-    return float(values @ moments.moment) / float(values @ moments.gram @ values)
+def _beside(closure: Closure, effect: Floats, settings: dict[str, float]) -> Problem:
+    """The problem with the function set, its free parameters where they make room for what they absorb of it.
+
+    effect : (N,) what the function changes, in units of the noise. The longest step that is the best one is taken.
+    """
+    fit, term = closure.stage.fit, closure.candidate.term
+    named = {key if "." in key else f"{term}.{key}": x for key, x in settings.items()}
+    shift = -np.linalg.lstsq(fit.jacobian, fit.residual + effect, rcond=1e-8)[0]
+    variables = fit.problem.first()
+    tried = [fit.problem.at(variables + length * shift) for length in (1.0, 0.3, 0.1, 0.0)]
+    tried = [replace(problem, model=problem.model.set(named)) for problem in tried]
+    errors = [float(np.sum(np.nan_to_num(p.residuals(p.first()), nan=1e9) ** 2)) for p in tried]
+    return tried[int(np.argmin(errors))]
 
 
 def with_formula(model: Model, formula: Formula) -> Model:

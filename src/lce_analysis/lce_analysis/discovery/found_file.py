@@ -55,6 +55,16 @@ FOLLOWING: Final[dict[str, _Following]] = {
         ("memory", "before"),
         ("0.0", "temperature"),
     ),
+    "displacement_path": _Following(
+        ("displacement",),
+        (
+            "memory = 0.0 if math.isnan(memory) or math.isnan(before) else memory + abs(displacement - before)",
+            "before = displacement",
+            "z = memory",
+        ),
+        ("memory", "before"),
+        ("math.nan", "math.nan"),
+    ),
     "branch": _Following(
         ("direction", "warming"),
         ("z = -1.0 if (warming if math.isnan(direction) else direction) < 0.0 else 1.0",),
@@ -127,8 +137,8 @@ def effect_file(curve: Curve, formula: Formula | None, weights: Sequence[float],
 
 def _head(curve: Curve, formula: Formula | None, runs: Sequence[str], function: _Function) -> str:
     candidate = curve.candidate
-    title = f"{curve.words[0].upper()}{curve.words[1:]}."
-    told = [f"Found by `lce discover` in {', '.join(runs)}."]
+    title = f"A function of the {candidate.covariate.words} in {candidate.place.words}, found by `lce discover`."
+    told = [f"{curve.words[0].upper()}{curve.words[1:]}.", f"Found in {', '.join(runs)}."]
     if formula:
         told.append(f"It is c f(x) with f = {formula.form.expression}, {_meaning_of_x(candidate)}.")
     else:
@@ -149,7 +159,7 @@ def _meaning_of_x(candidate: Candidate) -> str:
     of = candidate.covariate
     if of.name == "temperature":
         return f"x = z - z0, z the temperature and z0 = {candidate.reference:.6g} K that of the surroundings"
-    return f"x being {of.words}{' (time constant tau)' if of.lagged else ''}"
+    return f"x being the {of.words}{' (time constant tau)' if of.lagged else ''}"
 
 
 def _of_formula(formula: Formula) -> _Function:
@@ -158,9 +168,9 @@ def _of_formula(formula: Formula) -> _Function:
     strength = model[f"{term}.strength"]
     inner = inspect.getsource(form.function)
     given = {
-        "x": f"z - {candidate.reference!r}" if candidate.reference else "z",
+        "x": f"z - {_number(candidate.reference)}" if candidate.reference else "z",
         "z": "z",
-        "z0": repr(candidate.reference),
+        "z0": _number(candidate.reference),
     }
     given |= {name: NAMES[meaning] for name, meaning in form.numbers.items()}
     call = f"{form.name}({', '.join(given[a] for a in form.arguments)})"
@@ -192,7 +202,7 @@ def _of_formula(formula: Formula) -> _Function:
 
 def _of_curve(candidate: Candidate, weights: Sequence[float]) -> _Function:
     definition = textwrap.dedent(f"""\
-        LOWER, UPPER = {candidate.lower!r}, {candidate.upper!r}
+        LOWER, UPPER = {_number(candidate.lower)}, {_number(candidate.upper)}
         CURVE = {_tuple(weights)}
 
 
@@ -257,7 +267,7 @@ def _declaration(candidate: Candidate, formula: Formula | None, function: _Funct
         *(["    start=start,"] if following.states else []),
         "    step=step,",
         f'    strength="{function.strength}",',
-        f"    typical={function.typical!r},",
+        f"    typical={_number(function.typical)},",
         f"    grid=({''.join(g + ', ' for g in function.grid)}),",
         ")",
         "",
@@ -268,12 +278,19 @@ def _declaration(candidate: Candidate, formula: Formula | None, function: _Funct
 def _parameter(
     name: str, unit: str, default: float, lower: float, upper: float, words: str, knee: float = 0.0, log: bool = False
 ) -> str:
-    scale = f', "asinh", {knee!r}' if knee else ', "log"' if log else ""
-    return f'Parameter("{name}", "{unit}", {default!r}, {lower!r}, {upper!r}, "{words}", "lce discover"{scale})'
+    """The declaration of a parameter; it is searched on a linear axis unless it has a knee or ``log``."""
+    scale = f', "asinh", {_number(knee)}' if knee else ', "log"' if log else ""
+    numbers = ", ".join(map(_number, (default, lower, upper)))
+    return f'Parameter("{name}", "{unit}", {numbers}, "{words}", "lce discover"{scale})'
 
 
 def _tuple(values: Iterable[float]) -> str:
-    return f"({', '.join(repr(float(x)) for x in values)},)"
+    return f"({', '.join(map(_number, values))},)"
+
+
+def _number(value: float) -> str:
+    """A number as it stands in the file: six digits, more than the data determine."""
+    return repr(float(f"{value:.6g}"))
 
 
 def _texts(values: Iterable[str]) -> str:

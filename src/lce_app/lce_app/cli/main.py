@@ -27,6 +27,7 @@ COMMANDS = {
     "compare": "where a model fails on recorded runs",
     "diagnose": "which physical effect a model lacks",
     "add": "add an effect to a model, and compare the error before and after",
+    "discover": "what no effect of the library holds: described, drawn, written as an effect",
     "design": "the experiment that would tell two effects apart",
     "effects": "the library of physical effects, with equations and units",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",

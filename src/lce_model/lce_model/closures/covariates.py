@@ -27,27 +27,30 @@ class Covariate:
 
     @property
     def published(self) -> str:
-        """Its name in files: a lagged power is one, whether the power itself is taken off or not."""
-        return "lagged_power" if self.name == "late_power" else self.name
+        """Its name in files, which have one for both powers that lag, and one for both paths."""
+        return {"late_power": "lagged_power", "displacement_path": "path"}.get(self.name, self.name)
 
 
 COVARIATES: Final[tuple[Covariate, ...]] = (
-    Covariate("temperature", "K", "the temperature"),
-    Covariate("rate", "K/s", "the heating rate"),
-    Covariate("power", "W", "the laser power"),
-    Covariate("order", "1", "the order parameter"),
-    Covariate("displacement", "m", "the displacement"),
-    Covariate("time", "s", "the time"),
-    Covariate("dose", "J", "the energy of the laser so far"),
-    Covariate("path", "K", "the path of the temperature so far"),
-    Covariate("branch", "1", "the branch, +1 heating and -1 cooling"),
-    Covariate("cycle", "1", "the cycle"),
-    Covariate("lagged_temperature", "K", "the temperature less what it was before", lagged=True),
-    Covariate("lagged_power", "W", "the laser power less what it was before", lagged=True),
-    Covariate("lagged_displacement", "m", "the displacement less what it was before", lagged=True),
-    Covariate("late_power", "W", "what the laser power was before", lagged=True),
+    Covariate("temperature", "K", "temperature"),
+    Covariate("rate", "K/s", "heating rate"),
+    Covariate("power", "W", "laser power"),
+    Covariate("order", "1", "order parameter"),
+    Covariate("displacement", "m", "displacement"),
+    Covariate("time", "s", "time"),
+    Covariate("dose", "J", "dose of light"),
+    Covariate("path", "K", "path of the temperature"),
+    Covariate("branch", "1", "branch"),
+    Covariate("cycle", "1", "cycle"),
+    Covariate("lagged_temperature", "K", "temperature less what it was before", lagged=True),
+    Covariate("lagged_power", "W", "laser power less what it was before", lagged=True),
+    Covariate("lagged_displacement", "m", "displacement less what it was before", lagged=True),
+    Covariate("late_power", "W", "laser power as it was before", lagged=True),
+    Covariate("displacement_path", "m", "path of the displacement"),
 )
-"""In the order of their numbers."""
+"""In the order of their numbers. ``path`` is ∫|dT| and ``displacement_path`` ∫|dd|, ``dose`` ∫P dt, ``branch`` +1 while
+heating and -1 while cooling; ``cycle`` counts the turns from cooling to heating since the run began. What was before is
+a first-order lag."""
 NUMBER: Final[dict[str, int]] = {covariate.name: i for i, covariate in enumerate(COVARIATES)}
 
 
@@ -91,6 +94,10 @@ def follow(
     elif covariate == 7.0:
         memory = 0.0 if math.isnan(memory) else memory + abs(temperature - before)
         before = temperature
+        value = memory
+    elif covariate == 14.0:
+        memory = 0.0 if math.isnan(memory) or math.isnan(before) else memory + abs(displacement - before)
+        before = displacement
         value = memory
     elif covariate == 8.0:
         value = -1.0 if heating < 0.0 else 1.0

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What was discovered, in sentences; none says more than its table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lce_analysis.diagnosis.words import outcome
+from lce_model.closures.covariates import NUMBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lce_analysis.discovery.closures import Candidate
+    from lce_analysis.discovery.discover import Discovery, Found
+
+MEMORIES = frozenset({"time", "dose", "path", "cycle"})
+"""Covariates that only ever grow, as every slow memory seems to do in runs of one kind."""
+
+
+def in_words(found: Discovery) -> Iterator[str]:
+    """What the residual shows, what was found, what it may be confused with, and what to do next."""
+    yield from (_sentence(signature.words) for signature in found.signatures)
+    for one in found.found:
+        yield from _of_function(one)
+    if not found.found:
+        yield from _nothing(found)
+    yield from (_sentence(walk.words) for walk in found.walks)
+    if found.found and found.largest > found.explained:
+        yield f"Much is left: {found.largest:.1f} × the noise. What was found may stand in for something else."
+
+
+def _of_function(one: Found) -> Iterator[str]:
+    closure = one.closure
+    yield _sentence(one.curve.words)
+    if closure.held_out is not None:
+        yield f"It is {outcome(closure.held_out, '')}."
+    others = list(dict.fromkeys(_pair(c) for c in closure.alike if _pair(c) != _pair(closure.candidate)))
+    if others:
+        yield f"These data cannot tell it from {'; '.join(others)}."
+    if MEMORIES & {c.covariate.name for c in closure.alike}:
+        yield "Runs with a rest, or in another order, would tell a slow memory from time, dose, path and cycle."
+    if one.formulas:
+        *few, last = [f"{f.expression} ({f.form.name})" for f in one.formulas]
+        yield f"As well described as by the curve it is by {', '.join(few)} or {last}." if few else f"It is {last}."
+    else:
+        yield "No formula of the dictionary describes the curve as well; the effect file holds the curve."
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}."
+
+
+def _pair(candidate: Candidate) -> str:
+    name = candidate.covariate.published.replace("_", " ")
+    return f"{candidate.place.words} over {name}"
+
+
+def _nothing(found: Discovery) -> Iterator[str]:
+    if found.largest <= found.explained:
+        yield f"Nothing is left to be found: the model leaves {found.largest:.2f} × the noise."
+        return
+    yield (
+        f"No function of one covariate explains what is left, {found.largest:.1f} × the noise: "
+        f"{len(NUMBER)} covariates were examined at every place of the model."
+    )

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`lce discover`: what does no effect of the library hold?"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lce_app.cli.arguments import add_bounds, add_model, add_runs, add_test_runs, bounds, check_inputs, print_files
+
+if TYPE_CHECKING:
+    from lce_app.use_cases.discover import Written
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of `lce discover`."""
+    add_runs(parser)
+    add_test_runs(parser)
+    add_model(parser)
+    add_bounds(parser)
+    parser.add_argument("--out", type=Path, required=True, metavar="FOUND.py", help="the effect file to write")
+    parser.add_argument("--json", type=Path, metavar="F", help="write the numbers as JSON")
+    parser.add_argument("--report", type=Path, metavar="F.html", help="write the evidence as one HTML file")
+
+
+def main(args: argparse.Namespace) -> int:
+    """Discover, print the answer, write what was asked for."""
+    check_inputs([*args.runs, *args.test], [args.model])
+    from lce_app.cli.progress_bar import FitBar
+    from lce_app.use_cases.discover import Options, discover
+
+    with FitBar() as bar:
+        written = discover(
+            args.runs, args.model, args.out, args.test, Options(bounds=bounds(args)), args.json, args.report, bar
+        )
+    print(summary(written))
+    print_files(args.json, args.report, *written.effects)
+    return 0
+
+
+def summary(written: Written) -> str:
+    """The answer, the errors of the three models, and what was tried."""
+    from lce_app.cli.table import as_text
+    from lce_report.discovery_tables import discovery_tables
+
+    tables = discovery_tables(written.discovery)
+    parts = ["\n".join(written.discovery.sentences), as_text(tables.errors)]
+    parts += [as_text(table) for table in (tables.formulas, tables.tried) if table]
+    if written.effects:
+        parts.append(f"lce add ./{written.effects[0]} RUN… --model M.yaml --out M2.yaml   adds it to a model")
+    return "\n\n".join(parts)

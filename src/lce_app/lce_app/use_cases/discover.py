@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Find what no effect of the library holds, and write it down as an effect."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import lce_analysis.discovery as discovering
+from lce_analysis.discovery import Discovery
+from lce_analysis.identification.bounds import bounded
+from lce_analysis.options import DiscoverOptions
+from lce_app.use_cases.loading import load_runs
+from lce_data.files import write_atomically
+from lce_data.progress import CancelToken, Progress, silent, watched
+from lce_model import load_model
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an unknown function is searched for.
+
+    Parameters
+    ----------
+    discovery : what is tried, and when it counts as found.
+    bounds : of the search, by TERM.PARAM of the model, narrower or wider than by default.
+    """
+
+    discovery: DiscoverOptions = field(default_factory=DiscoverOptions)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+DEFAULTS = Options()
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was found, and the effect files that it was written to: none if no function was found."""
+
+    discovery: Discovery
+    effects: tuple[Path, ...]
+
+
+def discover(
+    run_files: Sequence[Path],
+    model_file: Path,
+    out: Path,
+    test_files: Sequence[Path] = (),
+    options: Options = DEFAULTS,
+    json_file: Path | None = None,
+    report_file: Path | None = None,
+    progress: Progress = silent,
+    cancel: CancelToken | None = None,
+) -> Written:
+    """Find an unknown function that a model lacks to explain runs, and write it as an effect file.
+
+    Parameters
+    ----------
+    run_files : runs to learn from: bag folders, MCAP files or CSV files.
+    model_file : as `lce fit` writes it.
+    out : the effect file, ``*.py``; a second function goes beside it, with _2 behind its name.
+    test_files : runs held out, which decide whether a function is worth having.
+    options : what is tried.
+    json_file, report_file : the record as JSON, and the evidence as one HTML file; not written if None.
+    progress : called after each step.
+    cancel : stops between two steps and raises Cancelled; nothing is written.
+
+    Returns
+    -------
+    Written
+        What was found, and where it was written.
+
+    Raises
+    ------
+    LceError
+        If a run or the model cannot be used.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> found = discover([Path("runs/pulse")], Path("model.yaml"), Path("found.py"))  # doctest: +SKIP
+    >>> print(found.discovery.verdict, found.effects)  # doctest: +SKIP
+    """
+    progress = watched(progress, cancel)
+    model, runs, test_runs = load_model(model_file), load_runs(run_files), load_runs(test_files)
+    model, _ = bounded(model, (), options.bounds)
+    found = discovering.discover(model, runs, test_runs, options.discovery, progress)
+    files = [out, *(out.with_stem(f"{out.stem}_{i}") for i in range(2, len(found.found) + 1))][: len(found.found)]
+    for path, one in zip(files, found.found, strict=True):
+        write_atomically(path, one.effect_file(found.runs))
+    if json_file:
+        write_atomically(json_file, json.dumps(found.as_json(), indent=1) + "\n")
+    if report_file:
+        from lce_report.pages.discovery import render_discovery
+
+        write_atomically(report_file, render_discovery(found, runs, test_runs))
+    return Written(found, tuple(files))
