@@ -20,7 +20,7 @@ from lce_analysis.discovery.found_file import effect_file, name_of
 from lce_analysis.discovery.random_walk import Walk, disturbances
 from lce_analysis.discovery.words import in_words
 from lce_analysis.identification.identify import check_runs
-from lce_analysis.options import DiscoverOptions
+from lce_analysis.options import DiscoverOptions, Drive
 from lce_analysis.prediction import MECHANICAL, simulation_input, with_ambient_at_rest
 from lce_analysis.signatures.catalogue import signatures
 from lce_analysis.signatures.series import residual_series
@@ -75,6 +75,7 @@ class Discovery:
     walks : parameters that would have to change during the runs to explain what is left after that.
     train, test : errors of the three models on the runs and on those held out.
     explained : a sensor whose RMS error is within so many times its noise is explained.
+    drive : what drove the deformation when the models were judged.
     runs, held_out : names.
     seconds : how long it took [s].
     """
@@ -89,6 +90,7 @@ class Discovery:
     examinations: tuple[Examination, ...]
     walks: tuple[Walk, ...]
     explained: float
+    drive: Drive
     train: ErrorTable
     test: ErrorTable
     runs: tuple[str, ...]
@@ -199,6 +201,7 @@ def discover(
         examinations=tuple(search.examinations),
         walks=search.walks,
         explained=options.diagnosis.explained,
+        drive=search.present.drive,
         train=search.errors(model, search.data.judged),
         test=search.errors(model, search.tests),
         runs=tuple(run.name for run in runs),
