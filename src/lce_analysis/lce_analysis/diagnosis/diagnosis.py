@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
+from lce_analysis.diagnosis.disturbed import lives_on
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
@@ -22,6 +23,8 @@ from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
+from lce_analysis.signatures import ResidualSeries, Signature, residual_series
+from lce_analysis.signatures import signatures as find_signatures
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.noise import sensor_noise
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -68,6 +71,7 @@ class Diagnosis:
     not_examined : the effects that are no candidates beside these runs, and why, in words.
     at_bounds : parameters that the final model has at a bound; not looked for where nothing is missing.
     rest : what the residual still depends on, strongest first.
+    signatures : what the residual of the final model shows, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
     train, test : the errors of the three models.
     noise : RMS noise [SI] of each sensor.
@@ -88,6 +92,7 @@ class Diagnosis:
     not_examined: Mapping[str, str]
     at_bounds: tuple[AtBound, ...]
     rest: tuple[Dependence, ...]
+    signatures: tuple[Signature, ...]
     fingerprint: str
     train: ErrorTable
     test: ErrorTable
@@ -114,7 +119,7 @@ class Diagnosis:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The answer in words, the verdict first."""
+        """The answer in words: the verdict first, or what a sensor or a disturbance did, if much is left of that."""
         return tuple(in_words(self))
 
     def as_json(self) -> dict[str, Any]:
@@ -134,7 +139,7 @@ class Diagnosis:
             "noise_floor": {channel.column: self.noise.get(channel) for channel in SENSORS},
             "discrepancy": {channel.column: self.discrepancy.get(channel) for channel in SENSORS},
             "varies": {key: _by_run_json(variation) for key, variation in self.model.varies.items()},
-            "signatures": [],
+            "signatures": [one.as_json() for one in self.signatures],
             "fingerprint": self.fingerprint,
             "seconds": self.seconds,
         }
@@ -244,7 +249,8 @@ def diagnose(
     missing = [e for e in missing if e.name not in not_examined]
     search = Search(model, runs, test_runs, missing, options, watched(progress, cancel))
     search.run()
-    rest, fingerprint = left_over(search.present, options)
+    signatures = looked_for(search)
+    rest, fingerprint = left_over(search.present, signatures, options)
     models = columns(search, model)
     verdict = _verdict(search)
     train = error_table(search, models, search.data.judged)
@@ -263,6 +269,7 @@ def diagnose(
         not_examined=not_examined,
         at_bounds=() if verdict == "adequate" else bounds_reached(search),
         rest=rest,
+        signatures=signatures,
         fingerprint=fingerprint if verdict == "unexplained" else "",
         train=train,
         test=error_table(search, models, search.tests),
@@ -277,6 +284,22 @@ def diagnose(
 def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run]) -> str:
     """Why an effect is no candidate beside these runs; empty if it is one."""
     return EVENT if effect.in_durations and len(runs) > 1 else lacks(effect, [*runs, *test_runs])
+
+
+def looked_for(search: Search) -> tuple[Signature, ...]:
+    """The signatures of the final residual, once every effect that lives on a disturbance is taken back.
+
+    They are looked for in the residual before each effect first: what is added later must not hide a draught.
+    """
+
+    def beside(fit: StagedFit) -> tuple[ResidualSeries, ...]:
+        return residual_series(search.whole(fit.model), search.data.judged.runs, search.present.drive)
+
+    for step in reversed(search.steps):
+        before, after = beside(step.without), beside(step.with_it)
+        if lives_on(step.trial.effect.name, find_signatures(before), before, after, search.options):
+            search.take_back(step, "disturbed")
+    return find_signatures(beside(search.present))
 
 
 def _verdict(search: Search) -> Verdict:

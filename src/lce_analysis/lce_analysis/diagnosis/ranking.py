@@ -26,6 +26,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "worse": "an error rises, on data left out or of another sensor",
     "small": "it removes too little of the error on data left out",
     "varies": "every run wants another strength of it",
+    "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
 }
 TRACES: Final = frozenset[Objection]({"small", "part"})
 

@@ -100,6 +100,11 @@ class Search:
             self._drop(self.steps[-1], "worse")
             self._finish()
 
+    def take_back(self, step: Step, reason: Objection) -> None:
+        """Go on without an effect that was accepted, for a reason found when the search was over."""
+        self._drop(step, reason)
+        self._finish()
+
     def force(self, effect: Effect) -> Step:
         """Accept this effect, whatever the data say of it; the objection of the step's trial is what they do."""
         stages = [s for s in (*self._stages(heat=True), *self._stages(heat=False)) if effect in s.candidates]

@@ -21,10 +21,14 @@ from lce_analysis.diagnosis.whitening import whitened
 from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import STATE, measured_drive
+from lce_analysis.signatures import Signature
+from lce_analysis.signatures.follows import left_out
 from lce_data.channels import TEMPERATURE, Channel
 
 Floats = NDArray[np.float64]
 
+TOLD: Final = 4
+"""Signatures that a sentence names, the strongest."""
 MAD_OF_NORMAL: Final = 0.6745
 """Median of |x| of normal values with standard deviation 1."""
 UNPREDICTED_HEAT: Final = "temperature not predicted"
@@ -66,8 +70,13 @@ UNITS: Final = {
 }
 
 
-def left_over(fit: StagedFit, options: DiagnoseOptions) -> tuple[tuple[Dependence, ...], str]:
-    """What the residual of a model still depends on, strongest first, and what is left, in words."""
+def left_over(
+    fit: StagedFit, signatures: Sequence[Signature], options: DiagnoseOptions
+) -> tuple[tuple[Dependence, ...], str]:
+    """What the residual of a model still depends on, strongest first, and what is left, in words.
+
+    signatures : those of the same residual, strongest first.
+    """
     fits = [] if fit.deformation is None else [fit.deformation.fit]
     if fit.heat and (fit.deformation is None or fit.deformation.part == "deformation"):
         fits.append(fit.heat[0].fit)
@@ -75,7 +84,7 @@ def left_over(fit: StagedFit, options: DiagnoseOptions) -> tuple[tuple[Dependenc
     loud = [one for one in fits if any(x > options.explained**2 for x in one.mean_squares.values())]
     unlike = [text for one in loud for text in unlike_noise(one, options)]
     strong = [d for d in found if loud and d.share >= options.structured]
-    return tuple(found), in_words(strong, unlike)
+    return tuple(found), in_words(signatures, strong, unlike)
 
 
 def dependences(fit: LinearizedFit, options: DiagnoseOptions) -> list[Dependence]:
@@ -127,28 +136,9 @@ def _dependence(channel: Channel, name: str, members: Sequence[_ResidualSeries],
     values = np.concatenate([m.covariates[name] for m in members])
     linear = name == UNPREDICTED_HEAT
     knots = np.zeros(1) if linear else quantile_knots(values, count)
-    moments = []
-    for m in members:
-        x = m.covariates[name]
-        basis = np.nan_to_num(x)[:, None] if linear else hats(x, knots)
-        moments.append((basis.T @ basis, basis.T @ m.residual, basis))
-    gram = np.sum([g for g, _, _ in moments], axis=0)
-    moment = np.sum([c for _, c, _ in moments], axis=0)
-    before = after = 0.0
-    for m, (g, c, basis) in zip(members, moments, strict=True):
-        curve = _solve(gram - g, moment - c)
-        before += float(m.residual @ m.residual)
-        rest = m.residual - basis @ curve
-        after += float(rest @ rest)
-    curve = _solve(gram, moment)
-    share = 1.0 - after / before if before > 0.0 and len(members) > 1 else 0.0
-    return Dependence(channel, name, UNITS[name], share, knots, curve)
-
-
-def _solve(gram: Floats, moment: Floats) -> Floats:
-    # A knot that the other runs never come near has no say.
-    ridge = 1e-6 * float(np.trace(gram)) / max(gram.shape[0], 1) + 1e-300
-    return np.asarray(np.linalg.solve(gram + ridge * np.eye(gram.shape[0]), moment))
+    basis = [np.nan_to_num(m.covariates[name])[:, None] if linear else hats(m.covariates[name], knots) for m in members]
+    found = left_out([(b, m.residual) for b, m in zip(basis, members, strict=True)])
+    return Dependence(channel, name, UNITS[name], found.share, knots, found.coefficients)
 
 
 def _parts(fit: LinearizedFit, in_si: bool) -> list[Floats]:
@@ -181,10 +171,14 @@ def unlike_noise(fit: LinearizedFit, options: DiagnoseOptions) -> list[str]:
     return found
 
 
-def in_words(strong: Sequence[Dependence], unlike: Sequence[str]) -> str:
-    """What is left, as a sentence: dependences above the threshold, then what is unlike noise; empty if neither."""
-    words = ["no effect of the library explains what is left"]
-    if strong:
+def in_words(signatures: Sequence[Signature], strong: Sequence[Dependence], unlike: Sequence[str]) -> str:
+    """What is left, as a sentence; empty if it is noise.
+
+    Signatures come first, then dependences above the threshold where no signature names one, then what is unlike noise.
+    """
+    told = [one.words for one in signatures[:TOLD]]
+    words = ["no effect of the library explains what is left", *told]
+    if strong and not any(one.name == "follows" for one in signatures):
         listed = "; ".join(f"{d.channel.name} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
         words.append(f"in runs left out it still follows {listed}")
-    return "; ".join([*words, *unlike]) if strong or unlike else ""
+    return "; ".join([*words, *unlike]) if told or strong or unlike else ""

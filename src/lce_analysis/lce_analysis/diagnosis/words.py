@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
+from lce_analysis.diagnosis.disturbed import outside
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.stage_problem import Part
+from lce_analysis.diagnosis.structure import TOLD
 from lce_data.channels import Channel
 
 if TYPE_CHECKING:
@@ -27,7 +29,12 @@ PARTS: Final[Mapping[Part, str]] = {
 
 
 def in_words(found: Diagnosis) -> Iterator[str]:
-    """The verdict, then the stage at fault, what is left, traces, and what the data could not show."""
+    """The verdict, then the stage at fault, what is left, traces, and what the data could not show.
+
+    Before a verdict that names effects stands what a sensor or a disturbance from outside did.
+    """
+    if found.verdict in ("missing", "cannot_tell"):
+        yield from (f"Look at this first: {one.words}. To try: {one.advice}." for one in outside(found.signatures))
     yield from _verdict(found)
     if found.verdict != "adequate":
         yield from _stage_at_fault(found)
@@ -70,6 +77,8 @@ def _on(held_out: HeldOut) -> str:
 def _verdict(found: Diagnosis) -> Iterator[str]:
     if found.verdict == "unexplained":
         yield f"Something is missing that the library does not hold: {found.fingerprint}."
+        advice = dict.fromkeys(one.advice for one in found.signatures[:TOLD])
+        yield from (f"To try: {one}." for one in advice)
     if found.verdict == "adequate":
         nothing = "No effect is missing" if found.variations else "Nothing is missing"
         yield f"{nothing}: the model leaves {_levels(found.train.misfit['after'])}."

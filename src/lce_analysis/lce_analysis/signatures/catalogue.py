@@ -78,12 +78,12 @@ def _of_sensor(series: Sequence[ResidualSeries], options: SignatureOptions) -> l
 def _beside_disturbance(found: Sequence[Signature]) -> list[Signature]:
     """Without what a disturbance of the heat brings along.
 
-    No two runs have the same one, and a strip with two branches jumps where its temperature turns.
+    No two runs have the same one, the displacement swings along, and where the temperature turns it jumps.
     """
     return [
         one
         for one in found
-        if one.name != "differs_by_run" and not (one.name == "step" and one.channel is not TEMPERATURE)
+        if one.name != "differs_by_run" and not (one.name in ("step", "period") and one.channel is not TEMPERATURE)
     ]
 
 

@@ -47,8 +47,9 @@ def clipped(series: Sequence[ResidualSeries], options: SignatureOptions = Signat
     """
     for sign, word in ((1.0, "above"), (-1.0, "below")):
         end = _end([_turned(s, sign) for s in series], options)
-        if end is not None:
-            return _told(series, replace(end, value=sign * end.value), word)
+        told = None if end is None else _told(series, replace(end, value=sign * end.value), word)
+        if told is not None and told.share >= options.least_share:
+            return told
     return None
 
 

@@ -2,8 +2,8 @@
 """A drift: the residual grows with the time since the beginning of a run.
 
 Statistic: the share of the residual's energy that one slope over time, from all other runs, predicts in the runs left
-out. It must be most of what a curve over any other covariate predicts: a slow misfit of the physics grows with time,
-too.
+out, beyond what a constant does. It must be most of what a curve over any other covariate predicts: a slow misfit of
+the physics grows with time, too.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from lce_analysis.signatures.follows import THINNED, Member, chance, left_out
+from lce_analysis.signatures.follows import THINNED, Member, chance, left_out, level_share
 from lce_analysis.signatures.options import SignatureOptions
 from lce_analysis.signatures.series import ResidualSeries, misfit
 from lce_analysis.signatures.signature import Picture, Signature, amount
@@ -34,7 +34,8 @@ def drift(
     if len(series) < 2 or misfit(series) <= options.explained:
         return None
     line = left_out([_member(s) for s in series])
-    if line.share < max(options.structured, MOST * followed):
+    share = line.share - max(level_share(series), 0.0)
+    if share < max(options.structured, MOST * followed):
         return None
     p_value = chance([_member(s.thinned(THINNED)) for s in series], line.share, options.shifts)
     if p_value > options.false_alarm:
@@ -51,9 +52,9 @@ def drift(
         unit=f"{channel.unit}/s",
         covariate="time",
         p_value=p_value,
-        share=line.share,
+        share=share,
         words=f"the residual of the {channel.name} grows with time, by {amount(channel, 60.0 * rate)} in a minute "
-        f"({line.share:.0%} of it in runs left out)",
+        f"({share:.0%} of it in runs left out)",
         advice="record a rest before and after the run: a drift of the sensor goes on there",
         picture=Picture(
             f"Residual over time, {shown.run}",

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a residual follows: a curve over a covariate that is fitted to all runs but one and predicts that one.
 
-Statistic: the share of the residual's energy that such curves predict in the runs left out. Noise does not repeat
-itself. The p-value comes from shifting the residual against the covariate in time, by chance, in every run: that keeps
-the colour of both.
+Statistic: the share of the residual's energy that such curves predict in the runs left out, beyond a constant. Noise
+does not repeat itself. The p-value comes from shifting the residual against the covariate in time, by chance, in every
+run: that keeps the colour of both.
 """
 
 from collections.abc import Sequence
@@ -54,6 +54,11 @@ def left_out(members: Sequence[Member]) -> Curve:
     return Curve(share, _solve(gram, moment))
 
 
+def level_share(series: Sequence[ResidualSeries]) -> float:
+    """Share of the residual's energy that its mean in the other runs predicts."""
+    return left_out([(s.counted.astype(np.float64)[:, None], s.residual / s.noise) for s in series]).share
+
+
 def _solve(gram: Floats, moment: Floats) -> Floats:
     # A knot that the other runs never come near has no say.
     ridge = 1e-6 * float(np.trace(gram)) / max(gram.shape[0], 1) + 1e-300
@@ -101,14 +106,15 @@ def follows(series: Sequence[ResidualSeries], options: SignatureOptions = Signat
     if len(series) < 2 or misfit(series) <= options.explained:
         return None
     found = sorted(_all(series, options), key=lambda one: -one.curve.share)
-    if not found or found[0].curve.share < options.structured:
+    level = max(level_share(series), 0.0)
+    if not found or found[0].curve.share - level < options.structured:
         return None
     best, *others = found
     p_value = chance(_members([s.thinned(THINNED) for s in series], best), best.curve.share, options.shifts)
     if p_value > options.false_alarm:
         return None
-    near = [one for one in others if one.curve.share >= max(NEAR * best.curve.share, options.structured)]
-    return _told(series, best, near, p_value)
+    near = [one for one in others if one.curve.share - level >= NEAR * (best.curve.share - level)]
+    return _told(series, best, near, best.curve.share - level, p_value)
 
 
 def _all(series: Sequence[ResidualSeries], options: SignatureOptions) -> list[_Found]:
@@ -138,8 +144,10 @@ def _words(one: _Found) -> str:
     return f"{COVARIATES[one.covariate].words}{on}"
 
 
-def _told(series: Sequence[ResidualSeries], best: _Found, near: Sequence[_Found], p_value: float) -> Signature:
-    channel, share = series[0].channel, best.curve.share
+def _told(
+    series: Sequence[ResidualSeries], best: _Found, near: Sequence[_Found], share: float, p_value: float
+) -> Signature:
+    channel = series[0].channel
     also = f" (nearly as well as {', '.join(_words(one) for one in near)})" if near else ""
     noise = float(np.median([s.noise for s in series]))
     return Signature(

@@ -70,12 +70,18 @@ def outliers(series: Sequence[ResidualSeries], options: SignatureOptions = Signa
     )
 
 
+def _away(values: Floats) -> Floats:
+    """Distance (n,) of values (n,) from the median around them."""
+    return np.asarray(np.abs(values - median_filter(values, size=AROUND, mode="nearest")))
+
+
 def far_out(series: ResidualSeries, size: float) -> NDArray[np.bool_]:
     """Which readings (n,) are outliers, by so many robust standard deviations; at most three in a row."""
     residual = series.residual
     if residual.size < 4 * AROUND:
         return np.zeros(residual.size, dtype=bool)
-    away = np.abs(residual - median_filter(residual, size=AROUND, mode="nearest"))
+    # A jump that the model makes a sample early or late leaves the readings where they were.
+    away = np.minimum(_away(residual), 2.0 * _away(series.measured))
     moving = away[away > 0.0]
     spread = max(float(np.median(moving)) / MAD_OF_NORMAL if moving.size else 0.0, series.noise)
     return np.asarray((away > size * spread) & series.counted)

@@ -20,7 +20,7 @@ from lce_analysis.signatures.spectrum import FINE, background, spectrum
 
 Floats = NDArray[np.float64]
 
-MOST = 1000
+MOST = 500
 """Samples of one run that a spectrum is taken of; more are averaged in blocks."""
 
 
@@ -92,9 +92,10 @@ def period(series: Sequence[ResidualSeries], options: SignatureOptions = Signatu
 
 
 def _highest(runs: Sequence[_Ratios], frequencies: Floats, place: int, width: float) -> int:
-    """Where the line near a place is highest, no run capped: the cap flattens its top."""
+    """Where the line near a place is highest, no run capped: the cap flattens its top, and a background bends it."""
     near = np.flatnonzero(np.abs(frequencies - frequencies[place]) <= width)
-    total = np.sum([np.nan_to_num(run.ratio[near]) for run in runs], axis=0)
+    levels = [np.nan_to_num(run.ratio[place] / max(run.power[place], 1e-300)) for run in runs]
+    total = np.sum([run.power[near] * level for run, level in zip(runs, levels, strict=True)], axis=0)
     return int(near[np.argmax(total)])
 
 
