@@ -241,7 +241,7 @@ class DiscoverOptions:
     Examples
     --------
     >>> DiscoverOptions(refitted=5).forms
-    5
+    8
     """
 
     diagnosis: DiagnoseOptions = field(default_factory=DiagnoseOptions)
@@ -249,7 +249,7 @@ class DiscoverOptions:
     lags_s: tuple[float, ...] = (0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0)
     refitted: int = 3
     alike: float = 0.95
-    forms: int = 5
+    forms: int = 8
     found: int = 2
 
     def __post_init__(self) -> None:

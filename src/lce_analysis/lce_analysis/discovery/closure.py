@@ -21,7 +21,8 @@ Floats = NDArray[np.float64]
 
 ROOM: Final = 5.0
 """A knot of the curve may move by so many of its standard deviations, or of the size of the curve, in the refit."""
-ITERATIONS: Final = 25
+ITERATIONS: Final = 40
+TOLERANCE: Final = 1e-5
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def refitted(
         {key: (float(w - r), float(w + r)) for key, w, r in zip(candidate.weights, weights, room, strict=True)}
     )
     free = tuple(sorted({*base.free, *(start.index(key) for key in candidate.weights)}))
-    fit = refit(replace(base, model=start, free=free), f"{candidate.label}", progress, ITERATIONS, 1e-4)
+    fit = refit(replace(base, model=start, free=free), candidate.label, progress, ITERATIONS, TOLERANCE)
     return Closure(examined, stage, fit, stage.fit.error - fit.error, alike)
 
 
@@ -119,6 +120,14 @@ def with_strength(closure: Closure) -> Problem:
     fixed = {problem.model.index(key) for key in closure.candidate.weights}
     free = {i for i in problem.free if i not in fixed} | {problem.model.index(closure.candidate.strength)}
     return replace(problem, free=tuple(sorted(free)))
+
+
+def curve_held(closure: Closure) -> LinearizedFit:
+    """The refitted model, its curve no free parameter any more."""
+    free = closure.stage.fit.problem.free
+    kept = [closure.fit.problem.free.index(i) for i in free]
+    kept += range(len(closure.fit.problem.free), closure.fit.jacobian.shape[1])
+    return LinearizedFit(replace(closure.fit.problem, free=free), closure.fit.jacobian[:, kept], closure.fit.residual)
 
 
 def _agrees(found: Strengths, options: DiscoverOptions) -> bool:

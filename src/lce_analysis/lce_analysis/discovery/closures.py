@@ -276,7 +276,8 @@ class Projected:
         """(K, N) change of the weighted outputs per unit of each weight."""
         step = closure(candidate.place.name).parameter("w_1").knee
         model = self.problem.model.set(candidate.settings)
-        response = self.problem.response(np.array([model.set({key: step}).vector for key in candidate.weights]))
+        rows = [model.set({key: model[key] + step}).vector for key in candidate.weights]
+        response = self.problem.response(np.array(rows))
         slopes = (response - self.here) / step
         return np.where(np.isfinite(slopes), slopes, 0.0)
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which formulas describe a curve: a dictionary of forms fitted to it, the best refitted in full.
 
-A form f with its numbers is as good as the direction Σ f(z_k) g_k of the examination: it promises (f·b)²/(fᵀAf). A and
-b hold what the free parameters of the model can absorb, and how well the data determine each part of the curve.
+A form f with its numbers is as good as the direction Σ f(z_k) g_k at the refitted curve w: c f leaves a squared error
+larger by (w - c f)ᵀA(w - c f). A holds what the free parameters of the model can absorb, and how well the data determine
+each part of the curve.
 """
 
 import itertools
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
-from lce_analysis.discovery.closure import Closure
-from lce_analysis.discovery.closures import Candidate, Examination
+from lce_analysis.discovery.closure import Closure, curve_held
+from lce_analysis.discovery.closures import Candidate, Examination, Projected
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiscoverOptions
@@ -30,13 +31,14 @@ from lce_model.closures.forms import FORMS, Form, Meaning, value
 Floats = NDArray[np.float64]
 Numbers = dict[str, float]
 Promise = tuple[float, int, Numbers]
-"""What a form promises: the gain, its number in the dictionary, a and b."""
+"""What a form promises: the squared error that it leaves more than the curve, its number, a and b."""
 
 NO_CURVE: Final = np.zeros(2)
-ITERATIONS: Final = 25
+ITERATIONS: Final = 40
+TOLERANCE: Final = 1e-5
 SYMBOLS: Final[dict[str, str]] = {
     "temperature": "T",
-    "rate": "(dT/dt)",
+    "rate": "dT/dt",
     "power": "P",
     "order": "Q",
     "displacement": "d",
@@ -45,9 +47,9 @@ SYMBOLS: Final[dict[str, str]] = {
     "path": "s",
     "branch": "sign(dT/dt)",
     "cycle": "n",
-    "lagged_temperature": "(T - lag(T, tau))",
-    "lagged_power": "(P - lag(P, tau))",
-    "lagged_displacement": "(d - lag(d, tau))",
+    "lagged_temperature": "T - lag(T, tau)",
+    "lagged_power": "P - lag(P, tau)",
+    "lagged_displacement": "d - lag(d, tau)",
     "late_power": "lag(P, tau)",
     "displacement_path": "s",
 }
@@ -56,6 +58,8 @@ PRICE: Final = 2.0
 """Of a number more, in units of the variance (Akaike's)."""
 SAME: Final = 1.0 - 1e-9
 """Correlation of two curves that are one."""
+SEEN: Final = 1e-5
+"""Share of the energy of a form below which the model absorbs it."""
 ROOM: Final = 100.0
 """The strength may become so many times what was promised."""
 
@@ -85,9 +89,14 @@ class Formula:
     def expression(self) -> str:
         """The formula of the covariate: "c (T - T_env)^2"."""
         symbol = SYMBOLS[self.candidate.covariate.name]
-        x = "(T - T_env)" if symbol == "T" else symbol
-        text = re.sub(r"\bx\b", x, self.form.expression)
-        return "c " + re.sub(r"\bz\b", symbol, re.sub(r"\bz0\b", "T_env", text))
+        alone = "T - T_env" if symbol == "T" else symbol
+        inside = f"({alone})" if " " in alone else alone
+        text = self.form.expression
+        for written, meant in (("|x|", f"|{alone}|"), ("(x)", f"({alone})")):
+            text = text.replace(written, meant)
+        for written, meant in (("x", inside), ("z0", "T_env"), ("z", symbol)):
+            text = re.sub(rf"\b{written}\b", meant, text)
+        return f"c ({text})" if " - " in self.form.expression or " + " in self.form.expression else f"c {text}"
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -113,18 +122,18 @@ def formulas(
     closure: Closure, examination: Examination, options: DiscoverOptions, progress: Progress
 ) -> tuple[Formula, ...]:
     """The formulas that describe the curve as well as the data can tell, the simplest first; empty if none does."""
-    variance = examination.variance
-    promising = _different(closure.candidate, sorted(_promised(closure), key=lambda p: _score(p, variance)))
+    near = _Near.of(closure)
+    promising = _different(closure.candidate, sorted(_promised(near), key=lambda p: _score(p, examination.variance)))
     promising = promising[: options.forms]
-    tasks = [partial(_refitted, closure, examination, number, numbers) for _, number, numbers in promising]
+    tasks = [partial(_refitted, near, examination.variance, number, numbers) for _, number, numbers in promising]
     enough = [f for f in each(tasks, "formulas", progress) if f.gain >= options.alike * closure.gain]
     allowed = min((f.score for f in enough), default=0.0) + 2.0 * math.log(options.diagnosis.min_likelihood_ratio)
     return tuple(sorted((f for f in enough if f.score < allowed), key=lambda f: (len(f.form.numbers), f.score)))
 
 
 def _score(promise: Promise, variance: float) -> float:
-    gain, _, numbers = promise
-    return PRICE * len(numbers) - gain / variance
+    lost, _, numbers = promise
+    return PRICE * len(numbers) + lost / variance
 
 
 def _different(candidate: Candidate, promises: Sequence[Promise]) -> list[Promise]:
@@ -140,26 +149,56 @@ def _different(candidate: Candidate, promises: Sequence[Promise]) -> list[Promis
     return found
 
 
-def _promised(closure: Closure) -> list[Promise]:
-    """What each form promises at its best numbers: the gain, the number of the form, a and b."""
-    candidate, moments = closure.candidate, closure.examined.moments
-    gram, moment = moments.gram, moments.moment
+@dataclass(frozen=True)
+class _Near:
+    """The model linearised at the refitted curve.
 
-    def gain(number: int, numbers: Numbers) -> float:
-        values = _at_knots(number, candidate, numbers)
-        energy = float(values @ gram @ values)
-        seen = energy > 1e-9 * float(values @ moments.before @ values)
-        return float(values @ moment) ** 2 / energy if seen and np.isfinite(energy) else 0.0
+    fit : with the curve held. directions : (K, N) of its knots. gram : (K, K) A. moment : (K,) A w, and what is left.
+    """
+
+    closure: Closure
+    fit: LinearizedFit
+    directions: Floats
+    gram: Floats
+    moment: Floats
+
+    @classmethod
+    def of(cls, closure: Closure) -> "_Near":
+        fit = curve_held(closure)
+        projected = Projected.of(fit)
+        directions = projected.directions(closure.candidate)
+        left = projected.without_free(directions)
+        gram = left @ left.T
+        return cls(closure, fit, directions, gram, gram @ closure.weights + left @ projected.rest)
+
+    def strength(self, values: Floats) -> float:
+        """The best factor of a form with these values (K,) at the knots; 0 where the model absorbs it."""
+        energy = float(values @ self.gram @ values)
+        seen = np.isfinite(energy) and energy > SEEN * float(np.sum((values @ self.directions) ** 2))
+        return float(values @ self.moment) / energy if seen else 0.0
+
+    def lost(self, values: Floats) -> float:
+        """What the best multiple of these values leaves more than the curve."""
+        change = self.strength(values) * values - self.closure.weights
+        return float(change @ self.gram @ change - 2.0 * change @ (self.moment - self.gram @ self.closure.weights))
+
+
+def _promised(near: _Near) -> list[Promise]:
+    """What each form leaves at its best numbers."""
+    candidate = near.closure.candidate
+
+    def lost(number: int, numbers: Numbers) -> float:
+        return near.lost(_at_knots(number, candidate, numbers))
 
     found = []
     for number, form in enumerate(FORMS, start=1):
         if "z0" in form.arguments and candidate.covariate.name != "temperature":
             continue
         tried = [dict(zip(form.numbers, point, strict=True)) for point in itertools.product(*_grid(form, candidate))]
-        best = max(tried, key=partial(gain, number))
+        best = min(tried, key=partial(lost, number))
         if best:
-            best = _polished(partial(gain, number), best, candidate, form)
-        found.append((gain(number, best), number, best))
+            best = _polished(partial(lost, number), best, candidate, form)
+        found.append((lost(number, best), number, best))
     return found
 
 
@@ -190,50 +229,48 @@ def _grid(form: Form, candidate: Candidate) -> list[Floats]:
     return found
 
 
-def _polished(gain: partial[float], first: Numbers, candidate: Candidate, form: Form) -> Numbers:
-    """The numbers at the nearest maximum of the gain."""
+def _polished(lost: partial[float], first: Numbers, candidate: Candidate, form: Form) -> Numbers:
+    """The numbers at the nearest minimum of what is lost."""
     names = list(first)
     bounds = [bounds_of(form.numbers[name], candidate) for name in names]
 
-    def lost(numbers: Floats) -> float:
-        return -gain(dict(zip(names, numbers.tolist(), strict=True)))
+    def of(numbers: Floats) -> float:
+        return lost(dict(zip(names, numbers.tolist(), strict=True)))
 
     start = np.array([first[name] for name in names])
-    found = minimize(lost, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 200})
+    found = minimize(of, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 200})
     return dict(zip(names, found.x.tolist(), strict=True))
 
 
-def _refitted(closure: Closure, examination: Examination, number: int, numbers: Numbers, progress: Progress) -> Formula:
+def _refitted(near: _Near, variance: float, number: int, numbers: Numbers, progress: Progress) -> Formula:
     """The model refitted with the form instead of the curve."""
-    candidate, base = closure.candidate, closure.stage.fit.problem
+    candidate, base = near.closure.candidate, near.closure.stage.fit
     form, term = FORMS[number - 1], candidate.term
-    moments, values = closure.examined.moments, _at_knots(number, candidate, numbers)
-    strength = float(values @ moments.moment) / float(values @ moments.gram @ values)
-    effect = strength * values @ examination.projected.directions(candidate)
-    start = _beside(closure, effect, {**candidate.settings, "form": float(number), "strength": strength, **numbers})
+    values = _at_knots(number, candidate, numbers)
+    strength = near.strength(values)
+    settings = {"form": float(number), "strength": strength, **numbers}
+    start = _beside(near, strength * values, {f"{term}.{name}": x for name, x in settings.items()})
     held = {"strength": (-ROOM * abs(strength), ROOM * abs(strength))}
     held |= {name: bounds_of(meaning, candidate) for name, meaning in form.numbers.items()}
     if candidate.tau_s is not None:
         held["tau"] = candidate.tau_s / 4.0, candidate.tau_s * 4.0
     model = start.model.hold({f"{term}.{name}": limits for name, limits in held.items()})
-    free = tuple(sorted({*base.free, *(model.index(f"{term}.{name}") for name in held)}))
-    fit = refit(replace(start, model=model, free=free), f"as {form.name}", progress, ITERATIONS, 1e-4)
-    price = PRICE * (len(free) - len(base.free))
-    gain = closure.stage.fit.error - fit.error
-    return Formula(candidate, number, fit, gain, fit.error / examination.variance + price)
+    free = tuple(sorted({*start.free, *(model.index(f"{term}.{name}") for name in held)}))
+    fit = refit(replace(start, model=model, free=free), f"as {form.name}", progress, ITERATIONS, TOLERANCE)
+    price = PRICE * (len(free) - len(start.free))
+    return Formula(candidate, number, fit, base.error - fit.error, fit.error / variance + price)
 
 
-def _beside(closure: Closure, effect: Floats, settings: dict[str, float]) -> Problem:
-    """The problem with the function set, its free parameters where they make room for what they absorb of it.
+def _beside(near: _Near, values: Floats, settings: dict[str, float]) -> Problem:
+    """The problem with the form set, its free parameters where they make room for what they absorb of it.
 
-    effect : (N,) what the function changes, in units of the noise. The longest step that is the best one is taken.
+    values : (K,) the form at the knots. Of a few lengths of the step the best is taken.
     """
-    fit, term = closure.stage.fit, closure.candidate.term
-    named = {key if "." in key else f"{term}.{key}": x for key, x in settings.items()}
-    shift = -np.linalg.lstsq(fit.jacobian, fit.residual + effect, rcond=1e-8)[0]
-    variables = fit.problem.first()
-    tried = [fit.problem.at(variables + length * shift) for length in (1.0, 0.3, 0.1, 0.0)]
-    tried = [replace(problem, model=problem.model.set(named)) for problem in tried]
+    change = (values - near.closure.weights) @ near.directions
+    shift = -np.linalg.lstsq(near.fit.jacobian, near.fit.residual + change, rcond=1e-8)[0]
+    variables = near.fit.problem.first()
+    tried = [near.fit.problem.at(variables + length * shift) for length in (1.0, 0.3, 0.1, 0.0)]
+    tried = [replace(problem, model=problem.model.set(settings)) for problem in tried]
     errors = [float(np.sum(np.nan_to_num(p.residuals(p.first()), nan=1e9) ** 2)) for p in tried]
     return tried[int(np.argmin(errors))]
 
