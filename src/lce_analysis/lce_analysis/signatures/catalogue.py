@@ -21,7 +21,7 @@ from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE
 
 Test = Callable[[Sequence[ResidualSeries], SignatureOptions], Signature | None]
 
-READINGS: Final[tuple[Test, ...]] = (clipped, rounded, outliers, variance)
+READINGS: Final[tuple[Test, ...]] = (clipped, rounded, outliers)
 """What is looked for in the readings of each sensor by itself."""
 RESIDUAL: Final[tuple[Test, ...]] = (step, period, follows, differs_by_run)
 """What is looked for in its residual, unless the sensor is clipped."""
@@ -69,10 +69,14 @@ def _of_sensor(series: Sequence[ResidualSeries], options: SignatureOptions) -> l
     found = [one for test in READINGS if (one := test(series, options)) is not None]
     if any(one.name == "clipped" and one.share >= MOST for one in found):
         return found  # the model was bent by the readings at the end of the range: its residual elsewhere says nothing
+    louder = variance(series, options) if not any(one.name in ("clipped", "rounded") for one in found) else None
+    found += [louder] if louder is not None else []
     found += [one for test in RESIDUAL if (one := test(series, options)) is not None]
     followed = next((one for one in found if one.name == "follows"), None)
     growing = drift(series, 0.0 if followed is None else followed.share, options)
-    return [*found, growing] if growing is not None else found
+    if growing is None:
+        return found
+    return [*(one for one in found if one.covariate != growing.covariate), growing]
 
 
 def _beside_disturbance(found: Sequence[Signature]) -> list[Signature]:

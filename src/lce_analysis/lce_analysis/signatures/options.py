@@ -24,6 +24,7 @@ class SignatureOptions:
     cycles : a period is looked for where a run holds at least so many of them.
     line : a line may stand out of the background of one run by no more than this in the sum over the runs, so that
         no single run decides; its factor is 1 in three runs or more.
+    line_chance : chance of a false period in one sensor: a misfit that repeats itself within a run has lines, too.
     input_line : a run does not count at a frequency at which its own laser power has a line of so many times the
         background.
     step_size : a jump counts from so many robust standard deviations of what the residual does elsewhere.
@@ -64,6 +65,7 @@ class SignatureOptions:
     rounding: float = 2.0
     cycles: float = 5.0
     line: float = 7.0
+    line_chance: float = 1e-4
     input_line: float = 6.0
     step_size: float = 8.0
     many_step_size: float = 5.5

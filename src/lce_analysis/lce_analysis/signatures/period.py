@@ -38,7 +38,7 @@ def period(series: Sequence[ResidualSeries], options: SignatureOptions = Signatu
     Parameters
     ----------
     series : of one sensor, all runs.
-    options : ``cycles``, ``line``, ``input_line``, ``false_alarm`` and ``least_share``.
+    options : ``cycles``, ``line``, ``input_line``, ``line_chance`` and ``least_share``.
     """
     long_enough = [s for s in series if s.counted.sum() > 64]
     if not long_enough:
@@ -63,7 +63,7 @@ def period(series: Sequence[ResidualSeries], options: SignatureOptions = Signatu
     here = [s for s, run in zip(long_enough, counted, strict=True) if run[best]]
     energy = sum(float(np.mean(s.residual**2)) for s in here)
     share = float(0.5 * np.nansum(squares) / energy) if energy > 0.0 else 0.0
-    if p_value > options.false_alarm or share < options.least_share:
+    if p_value > options.line_chance or share < options.least_share:
         return None
     mean = np.nansum([run.ratio for run in runs], axis=0) / np.maximum(count, 1)
     channel, value = series[0].channel, float(1.0 / frequencies[best])

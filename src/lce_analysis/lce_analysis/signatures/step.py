@@ -14,12 +14,15 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.signal import fftconvolve
 from scipy.stats import norm
 
 from lce_analysis.signatures.options import SignatureOptions
+from lce_analysis.signatures.outliers import AROUND, far_out
 from lce_analysis.signatures.series import ResidualSeries, energy
 from lce_analysis.signatures.signature import Picture, Signature, amount
+from lce_data.channels import DISPLACEMENT, Channel
 
 Floats = NDArray[np.float64]
 
@@ -71,6 +74,7 @@ def step(series: Sequence[ResidualSeries], options: SignatureOptions = Signature
     share = min(_removed(series, found) / max(energy(series), 1e-300), 1.0)
     if share < options.least_share:
         return None
+    many = count >= MANY
     samples = sum(s.time_s.size for s in series)
     where = f"at {shown.time_s[largest]:.4g} s of {shown.run}"
     words = (
@@ -88,19 +92,32 @@ def step(series: Sequence[ResidualSeries], options: SignatureOptions = Signature
         p_value=min(float(2.0 * samples * norm.sf(scores.max())), 1.0),
         share=share,
         words=words,
-        advice=f"look for a slip or a knock; `lce diagnose` tries `{channel.name}_step` on single runs"
-        if channel.name == "displacement"
-        else "look for a knock or a new setting of the sensor",
+        advice=_advice(channel, many),
         picture=Picture(
             f"Residual and its jumps, {shown.run}",
             "time",
             "s",
             shown.time_s,
             "residual",
-            {"residual": shown.residual, "jumps": _staircase(shown.time_s.size, own)},
-            {},
+            {"residual": shown.residual} | ({} if many else {"jumps": _staircase(shown.time_s.size, own)}),
+            {"jump": _at(own.index, shown.residual)} if many else {},
         ),
     )
+
+
+def _advice(channel: Channel, many: bool) -> str:
+    if channel is not DISPLACEMENT:
+        return "look for a knock or a new setting of the sensor"
+    if many:
+        return "look for friction: a guide or a beam that sticks and breaks away"
+    return "look for a slip or a knock; `lce diagnose` tries `displacement_step` on single runs"
+
+
+def _at(index: NDArray[np.intp], values: Floats) -> Floats:
+    """Values (n,) at some samples, NaN at all others."""
+    found = np.full(values.size, np.nan)
+    found[index] = values[index]
+    return found
 
 
 def jumps(series: ResidualSeries, options: SignatureOptions) -> Jumps:
@@ -109,7 +126,7 @@ def jumps(series: ResidualSeries, options: SignatureOptions) -> Jumps:
     side = max(round(options.step_s / series.step_s), FEWEST)
     if series.time_s.size < 6 * side:
         return nothing
-    residual = series.residual
+    residual = _without_outliers(series, options.outlier_size)
     apart = _apart(residual, side)
     spread = float(np.median(np.abs(apart[side:-side]))) / MAD_OF_NORMAL
     at_once = _apart_at_once(residual)
@@ -122,6 +139,12 @@ def jumps(series: ResidualSeries, options: SignatureOptions) -> Jumps:
     groups = np.split(here, np.flatnonzero(np.diff(here) > side) + 1)
     index = np.array([g[np.argmax(size[g])] for g in groups])
     return Jumps(index, apart[index], size[index] / spread)
+
+
+def _without_outliers(series: ResidualSeries, size: float) -> Floats:
+    """The residual (n,), the median around it where a single reading lies far out: that is no step."""
+    residual = series.residual
+    return np.where(far_out(series, size), median_filter(residual, size=AROUND, mode="nearest"), residual)
 
 
 def _apart(residual: Floats, side: int) -> Floats:

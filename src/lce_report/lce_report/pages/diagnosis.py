@@ -16,6 +16,7 @@ from lce_report.figures.axes import residual_axis
 from lce_report.figures.before_after import overlays
 from lce_report.figures.errors import error_reductions
 from lce_report.figures.leading import LeadingCandidate, candidate_blocks, leading_candidates
+from lce_report.figures.signatures import signature_blocks
 from lce_report.html.render import render
 from lce_report.pages.footer import provenance
 from lce_report.tables import DiagnosisTables, diagnosis_tables
@@ -68,6 +69,7 @@ def render_diagnosis(
     sections = [
         Section("The errors", [*error_blocks(tables), *error_reductions(compared, held_out)]),
         Section("The candidates", candidates(tables, leading_candidates(found))),
+        Section("Signatures of the residual", signature_blocks(found.signatures)),
         Section("What is left", _rest(found.rest, options.structured)),
         *overlays(compared, held_out),
     ]
