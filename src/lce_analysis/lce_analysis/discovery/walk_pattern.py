@@ -19,10 +19,8 @@ LEAST_PERIODS: Final = 4.0
 """A period that the longest run does not hold so many times is none."""
 FINENESS: Final = 4.0
 """Frequencies tried for each one over the duration of the longest run."""
-MOST_STEPS: Final = 60
-"""Steps of a run, at most."""
-LEFT: Final = 1e-7
-"""Part of a step's own squared response that the steps before it must leave."""
+RIDGE: Final = 1e-9
+"""Of the inner products of steps, in parts of their mean: steps of one interval after the other look alike."""
 STEP_PRICE: Final = 2.0
 """Numbers that a step takes: its time and its height."""
 
@@ -97,21 +95,24 @@ def _merged(times_s: Floats, width_s: float) -> Floats:
 
 
 def _chosen(columns: Floats, rest: Floats, s2: float) -> tuple[list[int], float]:
-    """Columns that take their price, by orthogonal matching pursuit, and the squared error that they leave."""
-    chosen: list[int] = []
-    basis: list[Floats] = []
-    left, norms = rest, np.sum(columns**2, axis=0)
-    plain = np.maximum(norms, 1e-6 * float(norms.max()))
-    while len(chosen) < min(MOST_STEPS, columns.shape[1]):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            gains = np.where(norms > LEFT * plain, (columns.T @ left) ** 2 / norms, 0.0)
-        best = int(np.argmax(gains))
-        if gains[best] <= s2 * STEP_PRICE * np.log(rest.size):
+    """Columns that are worth their price, and the squared error that they leave.
+
+    All are there to begin with; again and again the one goes that takes least.
+    """
+    gram, moment = columns.T @ columns, columns.T @ rest
+    gram += RIDGE * float(np.mean(np.diag(gram))) * np.eye(moment.size)
+    inverse = np.linalg.inv(gram)
+    left = list(range(moment.size))
+    price = s2 * STEP_PRICE * float(np.log(rest.size))
+    while left:
+        heights = inverse @ moment[left]
+        taken = heights**2 / np.diag(inverse)
+        least = int(np.argmin(taken))
+        if taken[least] > price:
             break
-        direction = columns[:, best] - sum((b * (b @ columns[:, best]) for b in basis), np.zeros(rest.size))
-        direction /= np.linalg.norm(direction)
-        left = left - direction * float(direction @ left)
-        norms = norms - (direction @ columns) ** 2
-        basis.append(direction)
-        chosen.append(best)
-    return chosen, float(left @ left)
+        column = inverse[:, least]
+        inverse = inverse - np.outer(column, column) / column[least]
+        inverse = np.delete(np.delete(inverse, least, axis=0), least, axis=1)
+        del left[least]
+    heights = np.linalg.lstsq(columns[:, left], rest, rcond=None)[0]
+    return left, float(np.sum((rest - columns[:, left] @ heights) ** 2))

@@ -19,12 +19,11 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
+from scipy.linalg import solve_toeplitz, solve_triangular
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
-from lce_analysis.diagnosis.whitening import autoregressive
 from lce_analysis.discovery.walk_responses import WalkingParameter, WalkRun
 
 Floats = NDArray[np.float64]
@@ -39,6 +38,8 @@ POWERS: Final = (-3.0, 8.0)
 """Bounds of log10 σ²λ/s² that are searched, where λ is the largest information on a level."""
 ROUNDS: Final = 2
 """Estimates of the noise on longer intervals."""
+LONGEST: Final = 4
+"""Highest order of the noise: that of a sensor has a short memory, what is slower is the walk's."""
 COARSE: Final = 3
 """Intervals that make one of those."""
 REMAINING: Final = tuple(np.arange(-4.0, 0.6, 0.25))
@@ -54,7 +55,8 @@ class Smoothed:
     """The walk of one parameter at its maximum likelihood.
 
     runs : whitened by the noise that the likeliest walk leaves, their slopes orthonormal.
-    levels, bands : per run, (k,) the smoothed change of the parameter in each interval, and its standard deviation.
+    levels : per run, (k,) the smoothed change of the parameter in each interval.
+    factors : per run, (k, k) whose product with its transpose is the covariance of the levels.
     ln_gain : ln of the likelihood over that without a walk.
     correlation_s : correlation time τ [s].
     ratio : σ²/s², of the levels and of the noise.
@@ -65,13 +67,18 @@ class Smoothed:
     parameter: WalkingParameter
     runs: tuple[WalkRun, ...]
     levels: tuple[Floats, ...]
-    bands: tuple[Floats, ...]
+    factors: tuple[Floats, ...]
     ln_gain: float
     correlation_s: float
     ratio: float
     s2: float
     without: tuple[Floats, ...]
     remains: tuple[Floats, ...]
+
+    @property
+    def bands(self) -> tuple[Floats, ...]:
+        """Per run, (k,) standard deviation of the levels."""
+        return tuple(np.sqrt(np.sum(factor**2, axis=1)) for factor in self.factors)
 
     @property
     def intensity(self) -> float:
@@ -203,11 +210,12 @@ def _whitened(runs: Sequence[WalkRun], walked: Sequence[WalkRun], found: Smoothe
         [run.residual - run.responses[found.parameter] @ p for run, p in zip(walked, found.levels, strict=True)]
     )
     basis = np.vstack([run.slopes for run in _orthonormal(runs)])
-    noise = autoregressive(_by_run(rest - basis @ (basis.T @ rest), runs))
-    skip = noise.coefficients.size
+    parts = _by_run(rest - basis @ (basis.T @ rest), runs)
+    coefficients, sigma = _noise([_covariance(*pair, found) for pair in zip(walked, parts, found.factors, strict=True)])
+    taps, skip = np.concatenate([[1.0], -coefficients]), coefficients.size
 
     def filtered(values: Floats) -> Floats:
-        return np.asarray(lfilter(noise.whitening, np.ones(1), values, axis=0)[skip:] / noise.sigma)
+        return np.asarray(lfilter(taps, np.ones(1), values, axis=0)[skip:] / sigma)
 
     return [
         replace(
@@ -219,6 +227,34 @@ def _whitened(runs: Sequence[WalkRun], walked: Sequence[WalkRun], found: Smoothe
         )
         for run in runs
     ]
+
+
+def _covariance(run: WalkRun, rest: Floats, factor: Floats, found: Smoothed) -> tuple[Floats, int]:
+    """Sums of lagged products (LONGEST + 1,) of the noise of a run, and how many samples it has.
+
+    What the walk leaves has lost what the walk took of the noise: on average the covariance of the smoothed walk, which
+    is added.
+    """
+    spread = run.responses[found.parameter] @ factor
+    sums = [
+        float(rest[lag:] @ rest[: rest.size - lag]) + float(np.sum(spread[lag:] * spread[: rest.size - lag]))
+        for lag in range(LONGEST + 1)
+    ]
+    return np.array(sums), rest.size
+
+
+def _noise(covariances: Sequence[tuple[Floats, int]]) -> tuple[Floats, float]:
+    """Autoregressive coefficients of the noise and the standard deviation of its innovations (Yule and Walker)."""
+    total = sum(size for _, size in covariances)
+    covariance = np.sum([sums for sums, _ in covariances], axis=0) / total
+    found, least = (np.empty(0), 1.0), np.inf
+    for order in range(LONGEST + 1):
+        phi = solve_toeplitz(covariance[:order], covariance[1 : order + 1]) if order else np.empty(0)
+        innovation = float(covariance[0] - phi @ covariance[1 : order + 1])
+        criterion = total * np.log(max(innovation, 1e-300)) + order * np.log(total)
+        if criterion < least:
+            least, found = criterion, (np.asarray(phi), float(np.sqrt(max(innovation, 1e-300))))
+    return found
 
 
 def _likeliest(runs: Sequence[WalkRun], parameter: WalkingParameter, correlation_s: Sequence[float]) -> Smoothed:
@@ -297,16 +333,16 @@ def _smoothed(
     shift, error, _ = _shift(spectra, ratio)
     alone = _shift(spectra, 0.0)[0]
     s2 = error / (sum(s.size for s in spectra) - shift.size)
-    levels, bands = [], []
+    levels, factors = [], []
     for s in spectra:
         spread = ratio / (1.0 + ratio * s.information)
         levels.append(s.back @ (spread * (s.seen[:, -1] - s.seen[:, :-1] @ shift)))
-        bands.append(np.sqrt(s2 * (s.back**2 @ spread)))
+        factors.append(s.back * np.sqrt(s2 * spread))
     return Smoothed(
         parameter,
         tuple(runs),
         tuple(levels),
-        tuple(bands),
+        tuple(factors),
         ln_gain,
         correlation_s,
         ratio,
