@@ -94,7 +94,7 @@ def written(folder: Path, closures: Model) -> Iterator[Case]:
         problem = Problem(closures.set(settings), [], (), np.empty(0), ())
         fit = LinearizedFit(problem, np.empty((0, 0)), np.empty(0))
         formula = None if form == "curve" else Formula(candidate, NUMBER_OF_FORM[form], fit, 1.0, 0.0)
-        path = folder / f"{name_of(candidate)}.py"
+        path = folder / f"{name_of(candidate, formula)}.py"
         path.write_text(effect_file(curve, formula, weights.tolist(), ["pulse", "stairs"]), encoding="utf-8")
         yield Case(candidate, form, strength, settings, find(str(path)))
 
@@ -155,7 +155,7 @@ def test_files_at_their_null_value_change_nothing(with_files: Model, strip: Traj
 def test_a_file_says_what_it_is(cases: dict[str, Case]) -> None:
     effect = cases["lagged_displacement"].effect
     text = Path(effect.path).read_text(encoding="utf-8")
-    assert effect.name == "found_strain_lagged_displacement"
+    assert effect.name == "found_strain_lagged_displacement_power"
     assert effect.meaning.startswith("A function of the displacement less what it was before in the strain")
     assert "Found in pulse, stairs." in text and "# The curve: lagged displacement [m]" in text
     assert [p.name for p in effect.parameters] == ["c", "exponent", "tau"]

@@ -52,11 +52,17 @@ class Found:
     @property
     def name(self) -> str:
         """Name of the effect in its file."""
-        return name_of(self.closure.candidate)
+        return name_of(self.closure.candidate, self.formulas[0] if self.formulas else None)
 
     def effect_file(self, runs: Sequence[str]) -> str:
-        """Text of an effect file: the best formula, or the curve."""
-        formula = self.formulas[0] if self.formulas else None
+        """Text of an effect file: the simplest formula, or the curve where no formula describes it."""
+        return self._file(self.formulas[0] if self.formulas else None, runs)
+
+    def rival_file(self, runs: Sequence[str]) -> str | None:
+        """Text of an effect file with the next formula, for an experiment that tells them apart; None without one."""
+        return self._file(self.formulas[1], runs) if len(self.formulas) > 1 else None
+
+    def _file(self, formula: Formula | None, runs: Sequence[str]) -> str:
         return effect_file(self.curve, formula, self.closure.weights.tolist(), runs)
 
 

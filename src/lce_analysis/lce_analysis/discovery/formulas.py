@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which formulas describe a curve: a dictionary of forms fitted to it, the best refitted in full.
 
-A form f with its numbers is as good as the direction Σ f(z_k) g_k at the refitted curve w: c f leaves a squared error
-larger by (w - c f)ᵀA(w - c f). A holds what the free parameters of the model can absorb, and how well the data determine
-each part of the curve.
+A form f with its numbers is as good as the direction Σ f(z_k) g_k at the refitted curve w: c f leaves an error larger
+by (w - c f)ᵀA(w - c f). A holds what the free parameters of the model can absorb, and how well the data determine each
+part of the curve.
 """
 
 import itertools
@@ -276,5 +276,6 @@ def _beside(near: _Near, values: Floats, settings: dict[str, float]) -> Problem:
 
 
 def with_formula(model: Model, formula: Formula) -> Model:
-    """The model with the values that the refit of the formula gave."""
-    return model.set({v.key: v.value for v in formula.fit.problem.model.values if v.key in model})
+    """The model, which holds the closure, with the values and bounds that the refit of the formula gave."""
+    found = {v.key: v for v in formula.fit.problem.model.values}
+    return model.with_values(tuple(found.get(v.key, v) for v in model.values), model.fit)

@@ -108,9 +108,10 @@ class _Function:
     grid: tuple[str, ...]
 
 
-def name_of(candidate: Candidate) -> str:
-    """Name of the effect."""
-    return f"found_{candidate.place.name}_{candidate.covariate.name}"
+def name_of(candidate: Candidate, formula: Formula | None) -> str:
+    """Name of the effect: place, covariate, and form."""
+    form = formula.form.name if formula else "curve"
+    return f"found_{candidate.place.name}_{candidate.covariate.name}_{form}"
 
 
 def effect_file(curve: Curve, formula: Formula | None, weights: Sequence[float], runs: Sequence[str]) -> str:
@@ -256,7 +257,7 @@ def _declaration(candidate: Candidate, formula: Formula | None, function: _Funct
     said = f"{function.strength} f(x), f = {formula.form.expression}" if formula else "share curve(z)"
     lines = [
         "EFFECT = Effect(",
-        f'    name="{name_of(candidate)}",',
+        f'    name="{name_of(candidate, formula)}",',
         f'    stage="{place.stage}",',
         f'    equation="{place.equation.split(" -> ")[0]} with f(z) = {said}",',
         "    parameters=(",

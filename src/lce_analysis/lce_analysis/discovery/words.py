@@ -18,6 +18,10 @@ MEMORIES = frozenset({"time", "dose", "path", "cycle"})
 """Covariates that only ever grow, as every slow memory seems to do in runs of one kind."""
 
 
+LISTED = 2
+"""Formulas that are written out in the sentence."""
+
+
 def in_words(found: Discovery) -> Iterator[str]:
     """What the residual shows, what was found, what it may be confused with, and what to do next."""
     yield from (_sentence(signature.words) for signature in found.signatures)
@@ -41,8 +45,11 @@ def _of_function(one: Found) -> Iterator[str]:
     if MEMORIES & {c.covariate.name for c in closure.alike}:
         yield "Runs with a rest, or in another order, would tell a slow memory from time, dose, path and cycle."
     if one.formulas:
-        *few, last = [f"{f.expression} ({f.form.name})" for f in one.formulas]
-        yield f"As well described as by the curve it is by {', '.join(few)} or {last}." if few else f"It is {last}."
+        listed = [f"{f.expression} ({f.form.name})" for f in one.formulas[:LISTED]]
+        more = len(one.formulas) - len(listed)
+        listed += [f"{more} other formulas"] if more > 1 else [one.formulas[-1].form.name] * more
+        *few, last = listed
+        yield f"It may be {', '.join(few)} or {last}: these describe the curve equally well." if few else f"It is {last}."
     else:
         yield "No formula of the dictionary describes the curve as well; the effect file holds the curve."
 

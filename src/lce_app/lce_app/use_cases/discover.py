@@ -37,10 +37,15 @@ DEFAULTS = Options()
 
 @dataclass(frozen=True)
 class Written:
-    """What was found, and the effect files that it was written to: none if no function was found."""
+    """What was found, and where it was written.
+
+    effects : an effect file for each function; empty if none was found.
+    rivals : the file with the next formula that describes a function as well, by the file of the function.
+    """
 
     discovery: Discovery
     effects: tuple[Path, ...]
+    rivals: Mapping[Path, Path]
 
 
 def discover(
@@ -60,7 +65,8 @@ def discover(
     ----------
     run_files : runs to learn from: bag folders, MCAP files or CSV files.
     model_file : as `lce fit` writes it.
-    out : the effect file, ``*.py``; a second function goes beside it, with _2 behind its name.
+    out : the effect file, ``*.py``; a second function goes beside it, with _2 behind its name, and the next formula
+        of a function, if the data cannot tell it from the first, with _or.
     test_files : runs held out, which decide whether a function is worth having.
     options : what is tried.
     json_file, report_file : the record as JSON, and the evidence as one HTML file; not written if None.
@@ -88,12 +94,16 @@ def discover(
     model, _ = bounded(model, (), options.bounds)
     found = discovering.discover(model, runs, test_runs, options.discovery, progress)
     files = [out, *(out.with_stem(f"{out.stem}_{i}") for i in range(2, len(found.found) + 1))][: len(found.found)]
+    rivals = {}
     for path, one in zip(files, found.found, strict=True):
         write_atomically(path, one.effect_file(found.runs))
+        if rival := one.rival_file(found.runs):
+            rivals[path] = path.with_stem(f"{path.stem}_or")
+            write_atomically(rivals[path], rival)
     if json_file:
         write_atomically(json_file, json.dumps(found.as_json(), indent=1) + "\n")
     if report_file:
         from lce_report.pages.discovery import render_discovery
 
         write_atomically(report_file, render_discovery(found, runs, test_runs))
-    return Written(found, tuple(files))
+    return Written(found, tuple(files), rivals)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +36,7 @@ def main(args: argparse.Namespace) -> int:
             args.runs, args.model, args.out, args.test, Options(bounds=bounds(args)), args.json, args.report, bar
         )
     print(summary(written))
-    print_files(args.json, args.report, *written.effects)
+    print_files(args.json, args.report, *written.effects, *written.rivals.values())
     return 0
 
 
@@ -47,6 +48,13 @@ def summary(written: Written) -> str:
     tables = discovery_tables(written.discovery)
     parts = ["\n".join(written.discovery.sentences), as_text(tables.errors)]
     parts += [as_text(table) for table in (tables.formulas, tables.tried) if table]
-    if written.effects:
-        parts.append(f"lce add ./{written.effects[0]} RUN… --model M.yaml --out M2.yaml   adds it to a model")
+    parts += ["\n".join(_next(written))] if written.effects else []
     return "\n\n".join(parts)
+
+
+def _next(written: Written) -> Iterator[str]:
+    """What to type next."""
+    for path in written.effects:
+        yield f"lce add {path} RUN… --model M.yaml --out M2.yaml: adds it to a model"
+    for path, rival in written.rivals.items():
+        yield f"lce design --model M.yaml --between {path},{rival} --out wave.csv: the run that tells these apart"
