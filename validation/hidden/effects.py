@@ -31,19 +31,25 @@ STRENGTH: dict[str, tuple[float, float]] = {
     "draught": (0.05, 0.25),  # relative change of the loss, a sine of 11 s
     "gusts": (0.05, 0.25),  # rms of the relative change of the loss, without a period
     "laser_hops": (0.02, 0.08),  # relative change of the power, between two modes every four seconds at most
+    "slipping_beam": (0.05, 0.2),  # share of the light that misses the strip from some time of each run on
+    "stray_light": (0.01, 0.05),  # W, mean of a light that is not the laser's and comes and goes in a minute
+    "swaying_weight": (4e-6, 2e-5),  # m, amplitude of a pendulum of 1.1 s that hangs on the strip
     "sticking_guide": (1e-5, 5e-5),  # m before it breaks away
     "clipped_camera": (0.28, 0.42),  # share of the highest excess temperature that the camera does not show
 }
 """Weak and clearly visible strength of everything that may be hidden."""
 
-OUTSIDE = ("draught", "gusts", "laser_hops", "sticking_guide", "clipped_camera")
+OUTSIDE = (
+    "draught", "gusts", "laser_hops", "slipping_beam", "stray_light", "swaying_weight", "sticking_guide",
+    "clipped_camera",
+)  # fmt: skip
 """Hidden things that the product has no effect for."""
 
-LIGHT = ("laser_saturation", "laser_droop", "photobleaching", "laser_hops")
+LIGHT = ("laser_saturation", "laser_droop", "photobleaching", "laser_hops", "slipping_beam", "stray_light")
 """What happens to the light before it reaches the strip."""
 
 HISTORY = ("creep", "backlash", "residual_strain", "sticking_guide")
 """What happens to the displacement behind the strip."""
 
-SENSORS = ("camera_lag", "emissivity_error", "displacement_drift", "clipped_camera")
+SENSORS = ("camera_lag", "emissivity_error", "displacement_drift", "clipped_camera", "swaying_weight")
 """What happens in the sensors."""

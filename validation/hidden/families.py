@@ -54,7 +54,7 @@ class Strip:
         ----------
         power_w : (n,) [W] at 100 Hz, held to the next sample.
         hidden : name to strength, as in ``effects.STRENGTH``.
-        rng : of draughts, gusts and hops; the same draws whatever is hidden.
+        rng : of draughts, gusts, hops and the like; the same draws whatever is hidden.
         """
         given, strengths = np.ascontiguousarray(power_w, dtype=np.float64), dict(hidden)
         reaching = light(given, strengths, self.body.slow_s, rng)
@@ -64,7 +64,7 @@ class Strip:
         else:
             temperature, stretch = self.core.run(reaching, gusts, strengths)
             displacement = displaced(stretch, temperature, self.body, strengths)
-        return camera(temperature, self.body, strengths)[::10], distance(displacement, strengths)
+        return camera(temperature, self.body, strengths)[::10], distance(displacement, strengths, rng)
 
     def measure(self, power_w: Floats, hidden: Mapping[str, float], rng: np.random.Generator) -> tuple[Floats, Floats]:
         """What the sensors show, with noise; as :meth:`ideal`."""

@@ -81,6 +81,7 @@ def random_body(rng: np.random.Generator, reach_k: float) -> Body:
 
 def light(power_w: Floats, hidden: Mapping[str, float], slow_s: float, rng: np.random.Generator) -> Floats:
     """Light [W] that reaches the strip at each power sample."""
+    weather = rng.spawn(1)[0]  # of its own, so that every other draw stays what it was without it
     modes = np.repeat(rng.integers(0, 2, power_w.size // 400 + 1) * 2.0 - 1.0, 400)[: power_w.size]
     given = power_w * (1.0 + hidden.get("laser_hops", 0.0) * modes)
     given = given / (1.0 + 0.5 * hidden.get("laser_saturation", 0.0) * given)
@@ -88,7 +89,17 @@ def light(power_w: Floats, hidden: Mapping[str, float], slow_s: float, rng: np.r
     given = given * (1.0 - hidden.get("laser_droop", 0.0) * warm)
     dose = np.concatenate([[0.0], np.cumsum(given)[:-1]]) * SAMPLE_S
     # Bleached dye absorbs nothing, so the light counts for the dye that is left: dη/dt = -k P η.
-    return np.asarray(given * np.exp(-hidden.get("photobleaching", 0.0) * dose))
+    given = given * np.exp(-hidden.get("photobleaching", 0.0) * dose)
+    slipped = np.arange(power_w.size) >= weather.uniform(0.3, 0.7) * power_w.size
+    given = given * (1.0 - hidden.get("slipping_beam", 0.0) * slipped)
+    return np.asarray(given + hidden.get("stray_light", 0.0) * _clouds(power_w.size, weather))
+
+
+def _clouds(size: int, rng: np.random.Generator) -> Floats:
+    """A light that comes and goes: two slow waves without a common period, never negative, 1 in the mean."""
+    time = np.arange(size) * SAMPLE_S
+    first, second = (np.sin(2.0 * math.pi * (time / s + rng.uniform())) for s in (61.0, 37.0))
+    return np.asarray(1.0 + 0.6 * first + 0.4 * second)
 
 
 def wind(size: int, hidden: Mapping[str, float], rng: np.random.Generator) -> Floats:
@@ -205,9 +216,13 @@ def camera(temperature_k: Floats, body: Body, hidden: Mapping[str, float]) -> Fl
     return np.minimum(shown, body.ambient + body.reach_k * (1.0 - clipped)) if clipped > 0.0 else shown
 
 
-def distance(displacement_m: Floats, hidden: Mapping[str, float]) -> Floats:
-    """What an ideal distance sensor shows [m] at each sample of 10 ms."""
-    return displacement_m + hidden.get("displacement_drift", 0.0) * np.arange(displacement_m.size) * SAMPLE_S
+def distance(displacement_m: Floats, hidden: Mapping[str, float], rng: np.random.Generator) -> Floats:
+    """What an ideal distance sensor shows [m] at each sample of 10 ms; the weight on the strip may sway."""
+    time = np.arange(displacement_m.size) * SAMPLE_S
+    phase = rng.spawn(1)[0].uniform(0.0, 2.0 * math.pi)
+    swaying = np.sin(2.0 * math.pi * time / 1.1 + phase)
+    drift = hidden.get("displacement_drift", 0.0) * time
+    return displacement_m + drift + hidden.get("swaying_weight", 0.0) * swaying
 
 
 def _follow(values: Floats, tau_s: float, start: float) -> Floats:
