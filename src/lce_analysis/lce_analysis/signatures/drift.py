@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from lce_analysis.signatures.follows import THINNED, Member, chance, left_out, level_share
+from lce_analysis.signatures.follows import THINNED, Member, beyond_level, chance, left_out
 from lce_analysis.signatures.options import SignatureOptions
 from lce_analysis.signatures.series import ResidualSeries, misfit
 from lce_analysis.signatures.signature import Picture, Signature, amount
@@ -29,13 +29,13 @@ def drift(
     ----------
     series : of one sensor, all runs.
     followed : share that the best curve over a covariate predicts in runs left out, 0 if none was found.
-    options : ``structured``, ``explained`` and ``false_alarm``.
+    options : ``drifting``, ``explained`` and ``false_alarm``.
     """
     if len(series) < 2 or misfit(series) <= options.explained:
         return None
     line = left_out([_member(s) for s in series])
-    share = line.share - max(level_share(series), 0.0)
-    if share < max(options.structured, MOST * followed):
+    share = beyond_level(series, line.share)
+    if share < max(options.drifting, MOST * followed):
         return None
     p_value = chance([_member(s.thinned(THINNED)) for s in series], line.share, options.shifts)
     if p_value > options.false_alarm:

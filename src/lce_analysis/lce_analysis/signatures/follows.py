@@ -54,9 +54,10 @@ def left_out(members: Sequence[Member]) -> Curve:
     return Curve(share, _solve(gram, moment))
 
 
-def level_share(series: Sequence[ResidualSeries]) -> float:
-    """Share of the residual's energy that its mean in the other runs predicts."""
-    return left_out([(s.counted.astype(np.float64)[:, None], s.residual / s.noise) for s in series]).share
+def beyond_level(series: Sequence[ResidualSeries], share: float) -> float:
+    """The share that a curve predicts of what the mean of the other runs does not."""
+    level = left_out([(s.counted.astype(np.float64)[:, None], s.residual / s.noise) for s in series]).share
+    return 1.0 - (1.0 - share) / (1.0 - min(max(level, 0.0), 0.999))
 
 
 def _solve(gram: Floats, moment: Floats) -> Floats:
@@ -106,15 +107,14 @@ def follows(series: Sequence[ResidualSeries], options: SignatureOptions = Signat
     if len(series) < 2 or misfit(series) <= options.explained:
         return None
     found = sorted(_all(series, options), key=lambda one: -one.curve.share)
-    level = max(level_share(series), 0.0)
-    if not found or found[0].curve.share - level < options.structured:
+    if not found or (share := beyond_level(series, found[0].curve.share)) < options.structured:
         return None
     best, *others = found
     p_value = chance(_members([s.thinned(THINNED) for s in series], best), best.curve.share, options.shifts)
     if p_value > options.false_alarm:
         return None
-    near = [one for one in others if one.curve.share - level >= NEAR * (best.curve.share - level)]
-    return _told(series, best, near, best.curve.share - level, p_value)
+    near = [one for one in others if beyond_level(series, one.curve.share) >= NEAR * share]
+    return _told(series, best, near, share, p_value)
 
 
 def _all(series: Sequence[ResidualSeries], options: SignatureOptions) -> list[_Found]:

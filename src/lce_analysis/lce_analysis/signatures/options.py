@@ -8,7 +8,7 @@ from lce_data.errors import LceError
 
 @dataclass(frozen=True)
 class SignatureOptions:
-    """Thresholds of the catalogue. Every p-value is multiplied by the number of places where its test looked.
+    """Thresholds of the catalogue. The p-values of periods and steps count all the places where their test looked.
 
     Parameters
     ----------
@@ -37,6 +37,7 @@ class SignatureOptions:
     fewest_outliers : of them.
     structured : the residual follows a covariate, or the other sensor, if a curve over it predicts this share of its
         energy in runs left out.
+    drifting : the residual drifts if a straight line over time does so: less is a slow effect that looks like one.
     repeats : the residual of the temperature repeats itself, and is no disturbance, if a curve predicts this share.
     knots : of that curve.
     shifts : random shifts in time of the residual against the covariate; they give its p-value.
@@ -75,6 +76,7 @@ class SignatureOptions:
     outlier_size: float = 7.0
     fewest_outliers: int = 3
     structured: float = 0.15
+    drifting: float = 0.5
     repeats: float = 0.3
     knots: int = 9
     shifts: int = 199
