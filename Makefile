@@ -2,7 +2,7 @@
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint format tables hidden days heater comparison control bench lock clean
+.PHONY: help setup build demo test lint format tables hidden discovery days heater comparison control bench lock clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
@@ -30,6 +30,9 @@ tables: setup  ## the dissertation's tables beside ours
 
 hidden: setup  ## the diagnosis on strips that hide an effect (hours; HIDDEN="--minutes 30")
 	@$(RUN) python validation/hidden/suite.py --out docs/hidden.md $(HIDDEN)
+
+discovery: setup  ## what no library holds, on strips that hide it (hours; DISCOVERY="--minutes 30")
+	@$(RUN) python validation/hidden/discovery.py --out docs/discovery-results.md $(DISCOVERY)
 
 days: setup  ## campaigns of ten runs that differ from day to day (an hour; DAYS="--seeds 1 --minutes 10")
 	@$(RUN) python validation/days.py --out docs/days.md $(DAYS)

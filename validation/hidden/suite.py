@@ -9,6 +9,7 @@ at the same path; a task is a case, a few words and numbers, and the worker make
 """
 
 import argparse
+import importlib
 import json
 import os
 import subprocess
@@ -35,23 +36,23 @@ from report import report
 
 FOLDER = Path(__file__).resolve().parent
 Result = dict[str, Any]
-NOT_JUDGED = ":!validation/hidden/peer*.py", ":!validation/hidden/report.py"
+NOT_JUDGED = ":!validation/hidden/peer*.py", ":!validation/hidden/report.py", ":!validation/hidden/discovery_report.py"
 """What may change without the results becoming another version's."""
 
 
-def task(folder: str, words: tuple[Any, ...], threads: int) -> Result:
-    """Judge one case in a worker process, which may be on another machine."""
+def task(folder: str, words: tuple[Any, ...], threads: int, judge: str = "judge") -> Result:
+    """Judge one case by a module of this folder, in a worker process, which may be on another machine."""
     for path in (str(Path(folder).parent), folder):
         if path not in sys.path:
             sys.path.insert(0, path)
     from campaign import Case
-    from judge import judge
 
     from lce_analysis.identification import problem
 
     # The product takes all cores for one fit; cases side by side would fight for them.
     problem._POOL = ThreadPoolExecutor(threads)
-    return judge(Case(*words))
+    result: Result = importlib.import_module(judge).judge(Case(*words))
+    return result
 
 
 def version() -> str:
@@ -108,30 +109,34 @@ def where(scheduler: str | None, jobs: int, threads: int) -> AbstractContextMana
     return block
 
 
-def run(todo: Sequence[Case], minutes: float, scheduler: str | None, jobs: int) -> Iterator[Result]:
-    """Judge cases side by side; results come as they are ready."""
+def run(
+    todo: Sequence[Case], minutes: float, scheduler: str | None, jobs: int, judge: str = "judge"
+) -> Iterator[Result]:
+    """Judge cases side by side by a module of this folder; results come as they are ready."""
     begun = until(time.monotonic() + 60.0 * minutes, todo)
     threads = 1 if scheduler else max(1, (os.cpu_count() or 1) // jobs)
     with where(scheduler, jobs, threads):
         work = Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
-        yield from work(delayed(task)(str(FOLDER), _words(case), threads) for case in begun)
+        yield from work(delayed(task)(str(FOLDER), _words(case), threads, judge) for case in begun)
 
 
 def _words(case: Case) -> tuple[Any, ...]:
     return case.family, case.hidden, case.level, case.seed, case.library, case.campaign
 
 
-def options() -> argparse.Namespace:
+def options(
+    description: str = "diagnosis on strips with hidden effects", results: str = "hidden-results.jsonl", seeds: int = 1
+) -> argparse.Namespace:
     """What the command line says."""
-    parser = argparse.ArgumentParser(description="diagnosis on strips with hidden effects")
-    parser.add_argument("--seeds", type=int, default=1, help="strips of each kind of case")
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--seeds", type=int, default=seeds, help="strips of each kind of case")
     parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
     parser.add_argument("--only", default="", help="cases whose name holds this text")
     parser.add_argument("--families", nargs="+", default=[], choices=list(FAMILIES), metavar="FAMILY")
     parser.add_argument("--campaign", default="full", choices=list(CAMPAIGNS), help="runs of each strip")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once on this machine")
     parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
-    parser.add_argument("--results", type=Path, default=Path("hidden-results.jsonl"))
+    parser.add_argument("--results", type=Path, default=Path(results))
     parser.add_argument("--peer", type=Path, default=RESULTS, help="results of validation/hidden/peer.py, for its row")
     parser.add_argument("--fresh", action="store_true", help="forget the results there are")
     parser.add_argument("--out", type=Path, help="write the report, as docs/hidden.md")
@@ -146,6 +151,26 @@ def _arguments(args: argparse.Namespace) -> str:
     return " ".join(words)
 
 
+def judge_all(chosen: Sequence[Case], done: list[Result], args: argparse.Namespace, judge: str = "judge") -> int:
+    """Judge the cases that are not done yet, within the time given, and append them to ``done``; the exit status."""
+    known = {r["case"] for r in done}
+    todo = [c for c in chosen if c.name not in known]
+    with (
+        tqdm(total=len(chosen), initial=len(chosen) - len(todo), unit="case", dynamic_ncols=True) as bar,
+        args.results.open("a", encoding="utf-8") as log,
+    ):
+        try:
+            for result in run(todo, args.minutes, args.scheduler, args.jobs, judge):
+                done.append(result)
+                log.write(json.dumps(result) + "\n")
+                log.flush()
+                bar.set_description_str(result["case"])
+                bar.update()
+        except KeyboardInterrupt:
+            return 130
+    return 0
+
+
 def main() -> int:
     """Run what is not done yet, within the time given; print and write the report."""
     args = options()
@@ -154,22 +179,7 @@ def main() -> int:
         args.results.unlink(missing_ok=True)
     done = read(args.results, now)
     chosen = [c for c in cases(args.seeds, args.families, args.campaign) if args.only in c.name]
-    known = {r["case"] for r in done}
-    todo = [c for c in chosen if c.name not in known]
-    status = 0
-    with (
-        tqdm(total=len(chosen), initial=len(chosen) - len(todo), unit="case", dynamic_ncols=True) as bar,
-        args.results.open("a", encoding="utf-8") as log,
-    ):
-        try:
-            for result in run(todo, args.minutes, args.scheduler, args.jobs):
-                done.append(result)
-                log.write(json.dumps(result) + "\n")
-                log.flush()
-                bar.set_description_str(result["case"])
-                bar.update()
-        except KeyboardInterrupt:
-            status = 130
+    status = judge_all(chosen, done, args)
     names = {c.name for c in chosen}
     text = report([r for r in done if r["case"] in names], now, _arguments(args), read_results(args.peer))
     print(text)

@@ -101,7 +101,7 @@ def _chosen(columns: Floats, rest: Floats, s2: float) -> tuple[list[int], float]
     """
     gram, moment = columns.T @ columns, columns.T @ rest
     gram += RIDGE * float(np.mean(np.diag(gram))) * np.eye(moment.size)
-    inverse = np.linalg.inv(gram)
+    inverse: Floats = np.asarray(np.linalg.inv(gram), dtype=np.float64)
     left = list(range(moment.size))
     price = s2 * STEP_PRICE * float(np.log(rest.size))
     while left:
