@@ -8,7 +8,7 @@
 ``tables``
     the tables of a diagnosis, which the command prints too.
 ``pages/``
-    the reports, one file each: `lce compare`, `diagnose`, `add`, `tune` and `control`.
+    the reports, one file each: `lce compare`, `diagnose`, `discover`, `add`, `tune` and `control`.
 ``html/``, ``templates/``, ``static/``
     how blocks become HTML, and what draws them.
 

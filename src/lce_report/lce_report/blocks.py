@@ -83,8 +83,8 @@ class Loop:
 class Heat:
     """A table of numbers (rows, columns) tinted by size, NaN left empty; diverging: negative and positive apart.
 
-    digits is the format of a number; notes, of the same shape, appear under the pointer. In the workbench a cell is a
-    button, and ``pick`` is the name that its click reports.
+    digits is the format of a number; notes, of the same shape, appear under the pointer. Cells (row, column) of
+    ``framed`` have a frame. In the workbench a cell is a button, and ``pick`` is the name that its click reports.
     """
 
     title: str
@@ -96,6 +96,7 @@ class Heat:
     diverging: bool = False
     notes: Sequence[Sequence[str]] = ()
     pick: str = ""
+    framed: Sequence[tuple[int, int]] = ()
 
 
 @dataclass(frozen=True)

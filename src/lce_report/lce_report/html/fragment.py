@@ -106,8 +106,8 @@ class Fragment:
         return described
 
 
-def _heat_cells(heat: Heat) -> list[list[dict[str, str | None]]]:
-    """Text (None if empty), tint, side of zero and note of each cell."""
+def _heat_cells(heat: Heat) -> list[list[dict[str, str | bool | None]]]:
+    """Text (None if empty), tint, side of zero and note of each cell, and whether it is framed."""
     largest = float(np.nanmax(np.abs(heat.values), initial=0.0)) or 1.0
     return [
         [
@@ -116,6 +116,7 @@ def _heat_cells(heat: Heat) -> list[list[dict[str, str | None]]]:
                 "tint": None if np.isnan(value) else f"{abs(value) / largest * 50:.0f}%",
                 "side": "minus" if heat.diverging and value < 0.0 else "plus",
                 "note": heat.notes[i][j] if heat.notes else None,
+                "framed": (i, j) in heat.framed,
             }
             for j, value in enumerate(values)
         ]
