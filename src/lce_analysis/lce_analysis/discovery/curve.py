@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.discovery.closure import Closure
 from lce_analysis.discovery.closures import Candidate
+from lce_data.units import KELVIN
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class Curve:
         lag = "" if candidate.tau_s is None else f" {candidate.tau_s:g} s"
         told = (
             f"{candidate.place.words} {'lacks' if self.y[at] > 0.0 else 'has too much by'} {kind} "
-            f"at {_where(candidate, self.x[at])}, {self._course} the {candidate.covariate.words}{lag}"
+            f"{_where(candidate, self.x[at])}, {self._course} the {candidate.covariate.words}{lag}"
         )
         absorbed = [word for word, is_so in (("a constant", self.offset), ("a straight line", self.slope)) if is_so]
         return f"{told}; {' and '.join(absorbed)} may be added to it, as the model absorbs that" if absorbed else told
@@ -83,11 +84,10 @@ def _amount(candidate: Candidate, value: float) -> str:
 
 def _where(candidate: Candidate, value: float) -> str:
     """A value of the covariate as people say it."""
-    name, unit = candidate.covariate.name, candidate.covariate.unit
-    if name == "temperature":
-        return f"{value - 273.15:.3g} °C"
-    if unit == "m":
-        return f"{value * 1e3:.3g} mm"
-    if name == "branch":
-        return "heating" if value > 0.0 else "cooling"
-    return f"{candidate.covariate.published.replace('_', ' ')} {value:.3g}{'' if unit == '1' else ' ' + unit}"
+    covariate = candidate.covariate
+    if covariate.name == "temperature":
+        return f"at {value - KELVIN:.3g} °C"
+    if covariate.name == "branch":
+        return "while heating" if value > 0.0 else "while cooling"
+    amount = f"{value * 1e3:.3g} mm" if covariate.unit == "m" else f"{value:.3g} {covariate.unit}".removesuffix(" 1")
+    return f"where the {covariate.words} is {amount}"

@@ -18,8 +18,8 @@ MEMORIES = frozenset({"time", "dose", "path", "cycle"})
 """Covariates that only ever grow, as every slow memory seems to do in runs of one kind."""
 
 
-LISTED = 2
-"""Formulas that are written out in the sentence."""
+LISTED = 3
+"""Formulas in the sentence, at most."""
 
 
 def in_words(found: Discovery) -> Iterator[str]:
@@ -45,11 +45,13 @@ def _of_function(one: Found) -> Iterator[str]:
     if MEMORIES & {c.covariate.name for c in closure.alike}:
         yield "Runs with a rest, or in another order, would tell a slow memory from time, dose, path and cycle."
     if one.formulas:
-        listed = [f"{f.expression} ({f.form.name})" for f in one.formulas[:LISTED]]
-        more = len(one.formulas) - len(listed)
-        listed += [f"{more} other formulas"] if more > 1 else [one.formulas[-1].form.name] * more
-        *few, last = listed
-        yield f"It may be {', '.join(few)} or {last}: these describe the curve equally well." if few else f"It is {last}."
+        listed = [f"{f.expression} ({f.form.name})" for f in one.formulas]
+        if len(listed) > LISTED:
+            listed = [*listed[: LISTED - 1], f"one of {len(listed) - LISTED + 1} other formulas"]
+        if len(listed) == 1:
+            yield f"It is {listed[0]}."
+        else:
+            yield f"It may be {', '.join(listed[:-1])} or {listed[-1]}: they describe the curve equally well."
     else:
         yield "No formula of the dictionary describes the curve as well; the effect file holds the curve."
 
