@@ -98,8 +98,8 @@ class Signature:
 
 
 def amount(channel: Channel, value: float) -> str:
-    """A difference of readings [SI] as people say it: 0.21 K, 8.5 µm."""
-    return f"{value * channel.difference.factor:.2g} {channel.difference.symbol}"
+    """A difference of readings [SI] as people say it: 0.21 K, 280 µm."""
+    return f"{float(f'{value * channel.difference.factor:.2g}'):g} {channel.difference.symbol}"
 
 
 def reading(channel: Channel, value: float) -> str:
