@@ -141,7 +141,7 @@ def _head(curve: Curve, formula: Formula | None, runs: Sequence[str], function: 
     title = f"A function of the {candidate.covariate.words} in {candidate.place.words}, found by `lce discover`."
     told = [f"{curve.words[0].upper()}{curve.words[1:]}.", f"Found in {', '.join(runs)}."]
     if formula:
-        told.append(f"It is c f(x) with f = {formula.form.expression}, {_meaning_of_x(candidate)}.")
+        told.append(f"f(z) = {formula.expression}, {_meaning_of_z(candidate)}.")
     else:
         told.append("No formula of the dictionary describes it, so it is a curve through knots.")
     doc = "\n\n".join("\n".join(textwrap.wrap(part, 110)) for part in (title, *told))
@@ -156,11 +156,11 @@ def _head(curve: Curve, formula: Formula | None, runs: Sequence[str], function: 
     return "\n".join([f'"""{doc}\n"""', "", *imports, "from lce_model.terms import Parameter", "", table])
 
 
-def _meaning_of_x(candidate: Candidate) -> str:
+def _meaning_of_z(candidate: Candidate) -> str:
     of = candidate.covariate
     if of.name == "temperature":
-        return f"x = z - z0, z the temperature and z0 = {candidate.reference:.6g} K that of the surroundings"
-    return f"x being the {of.words}{' (time constant tau)' if of.lagged else ''}"
+        return f"with T_env = {candidate.reference:.6g} K"
+    return f"z being the {of.words}"
 
 
 def _of_formula(formula: Formula) -> _Function:
@@ -254,12 +254,12 @@ def _typed(arguments: Sequence[str]) -> str:
 
 def _declaration(candidate: Candidate, formula: Formula | None, function: _Function) -> str:
     following, place = FOLLOWING[candidate.covariate.name], closure(candidate.place.name)
-    said = f"{function.strength} f(x), f = {formula.form.expression}" if formula else "share curve(z)"
+    said = formula.expression if formula else "share curve(z)"
     lines = [
         "EFFECT = Effect(",
         f'    name="{name_of(candidate, formula)}",',
         f'    stage="{place.stage}",',
-        f'    equation="{place.equation.split(" -> ")[0]} with f(z) = {said}",',
+        f'    equation="{place.equation}, f(z) = {said}",',
         "    parameters=(",
         *(f"        {p}," for p in function.parameters),
         "    ),",
