@@ -15,6 +15,7 @@ from lce_analysis.prediction import (
     COLUMN,
     MECHANICAL,
     STATE,
+    SimulationInput,
     measured_drive,
     model_of_run,
     simulation_input,
@@ -109,59 +110,68 @@ def residual_series(model: Model, runs: Sequence[Run], drive: Drive = "model") -
 
 def _of_run(model: Model, run: Run, drive: Drive) -> list[ResidualSeries]:
     run_input = simulation_input(run, model)
-    start = start_temperature(run_input, model)
-    row, starts = model.vector[None], np.array([start])
+    start_k = start_temperature(run_input, model)
+    row, starts = model.vector[None], np.array([start_k])
     own = run_input.simulate(model, row, starts)[0]
-    two = run.temperature is not None and run.power is not None and not run_input.driven
-    deforms = model.deformation != "none" and any(c in MECHANICAL for c in run.measured)
-    driven = measured_drive(run_input, model, start) if two and deforms and model.thermal != "none" else None
-    by_measured = None if driven is None else driven.simulate(model, row, starts)[0]
-    turns = _turns(run_input.power_w, [out for out in (own, by_measured) if out is not None])
-    turns_s = run_input.time_s[turns]
-    found = []
-    for channel, series in run.measured.items():
-        if not model.predicts(channel) or (channel is TEMPERATURE and (run_input.driven or run.power is None)):
-            continue
-        behind = channel in MECHANICAL
-        use_measured = behind and drive == "measured" and by_measured is not None
-        out = by_measured if use_measured and by_measured is not None else own
-        sampling = run_input.sampling[channel]
+    by_measured = None
+    both = model.thermal != "none" and any(c in MECHANICAL and model.predicts(c) for c in run.measured)
+    if both and run.temperature is not None and run.power is not None:
+        by_measured = measured_drive(run_input, model, start_k).simulate(model, row, starts)[0]
+    trajectories = _Trajectories(run_input, own, by_measured, drive)
+    hidden = () if run.power is not None and not run_input.driven else (TEMPERATURE,)
+    return [trajectories.beside(c) for c in run.measured if model.predicts(c) and c not in hidden]
+
+
+@dataclass(frozen=True)
+class _Trajectories:
+    """What the kernel returned for a run (n, len(RECORDED)): driven by the model's temperature, and by the measured."""
+
+    run_input: SimulationInput
+    own: Floats
+    by_measured: Floats | None
+    drive: Drive
+
+    def beside(self, channel: Channel) -> ResidualSeries:
+        """One sensor beside the trajectory that it is compared with."""
+        run_input, series = self.run_input, self.run_input.run.measured[channel]
+        sampling, behind, noise = run_input.sampling[channel], channel in MECHANICAL, noise_floor(series)
+        out, moved, driven = self.own, None, False
+        if behind and self.by_measured is not None:
+            place = STATE["displacement"]
+            moved = np.asarray(sampling(self.by_measured[:, place] - self.own[:, place]))
+            driven = self.drive == "measured"
+            out = self.by_measured if driven else self.own
         known = {name: np.asarray(sampling(x)) for name, x in covariates_on_grid(run_input, out).items()}
-        noise = noise_floor(series)
         jumps = discontinuities(run_input.time_s, out[:, COLUMN[channel]], noise) if behind else np.empty(0)
-        moved = None
-        if behind and by_measured is not None:
-            moved = np.asarray(sampling(by_measured[:, STATE["displacement"]] - own[:, STATE["displacement"]]))
-        found.append(
-            ResidualSeries(
-                run=run.name,
-                channel=channel,
-                time_s=series.time_s,
-                measured=series.value,
-                modelled=np.asarray(sampling(out[:, COLUMN[channel]])),
-                noise=noise,
-                covariates={**known, "branch": np.where(known["branch"] > 0.0, 1.0, -1.0)},
-                counted=away_from(jumps, series.time_s),
-                turning=_holds(series.time_s, turns_s),
-                unpredicted=moved,
-                driven=use_measured,
-            )
+        return ResidualSeries(
+            run=run_input.run.name,
+            channel=channel,
+            time_s=series.time_s,
+            measured=series.value,
+            modelled=np.asarray(sampling(out[:, COLUMN[channel]])),
+            noise=noise,
+            covariates={**known, "branch": np.where(known["branch"] > 0.0, 1.0, -1.0)},
+            counted=away_from(jumps, series.time_s),
+            turning=_first_behind(series.time_s, run_input.time_s[self._turns]),
+            unpredicted=moved,
+            driven=driven,
         )
-    return found
+
+    @property
+    def _turns(self) -> NDArray[np.bool_]:
+        """Where on the grid (n,) the laser power jumps, or the temperature turns, modelled or measured."""
+        power_w = self.run_input.power_w
+        turns = np.abs(np.diff(power_w, prepend=power_w[0])) > SWITCH * max(float(np.ptp(power_w)), 1e-12)
+        for out in (self.own, self.by_measured):
+            if out is not None:
+                direction, temperature = out[:, STATE["direction"]], out[:, STATE["temperature"]]
+                known = np.isfinite(direction).all()
+                branch = np.where((direction if known else np.gradient(temperature)) >= 0.0, 1.0, -1.0)
+                turns |= np.diff(branch, prepend=branch[0]) != 0.0
+        return np.asarray(turns)
 
 
-def _turns(power_w: Floats, trajectories: Sequence[Floats]) -> NDArray[np.bool_]:
-    """Where on the grid (n,) the laser power jumps, or a trajectory of the temperature turns."""
-    turns = np.abs(np.diff(power_w, prepend=power_w[0])) > SWITCH * max(float(np.ptp(power_w)), 1e-12)
-    for out in trajectories:
-        direction, temperature = out[:, STATE["direction"]], out[:, STATE["temperature"]]
-        known = np.isfinite(direction).all()
-        branch = np.where((direction if known else np.gradient(temperature)) >= 0.0, 1.0, -1.0)
-        turns |= np.diff(branch, prepend=branch[0]) != 0.0
-    return turns
-
-
-def _holds(time_s: Floats, events_s: Floats) -> NDArray[np.bool_]:
+def _first_behind(time_s: Floats, events_s: Floats) -> NDArray[np.bool_]:
     """Which samples (n,) are the first at or behind an event."""
     found = np.zeros(time_s.size, dtype=bool)
     place = np.searchsorted(time_s, events_s)
