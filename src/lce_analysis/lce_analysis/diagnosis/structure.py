@@ -174,11 +174,11 @@ def unlike_noise(fit: LinearizedFit, options: DiagnoseOptions) -> list[str]:
 def in_words(signatures: Sequence[Signature], strong: Sequence[Dependence], unlike: Sequence[str]) -> str:
     """What is left, as a sentence; empty if it is noise.
 
-    Signatures come first, then dependences above the threshold where no signature names one, then what is unlike noise.
+    Signatures come first, dependences above the threshold only where there is none, then what is unlike noise.
     """
     told = [one.words for one in signatures[:TOLD]]
     words = ["no effect of the library explains what is left", *told]
-    if strong and not any(one.name == "follows" for one in signatures):
+    if strong and not told:
         listed = "; ".join(f"{d.channel.name} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
         words.append(f"in runs left out it still follows {listed}")
     return "; ".join([*words, *unlike]) if told or strong or unlike else ""

@@ -17,6 +17,8 @@ from scipy.ndimage import uniform_filter1d
 from lce_analysis.signatures.options import SignatureOptions
 from lce_analysis.signatures.series import ResidualSeries, energy
 from lce_analysis.signatures.signature import Picture, Signature, reading
+from lce_data.channels import TEMPERATURE, Channel
+from lce_data.units import KELVIN
 
 Floats = NDArray[np.float64]
 Span = tuple[int, int]
@@ -111,6 +113,12 @@ def _kink(series: ResidualSeries, span: Span) -> tuple[float, float] | None:
     return falls[0], falls[1]
 
 
+def _remedy(channel: Channel, end: float) -> str:
+    if channel is not TEMPERATURE:
+        return f"fit with `--effect {channel.name}_clip`"
+    return f"fit with `--effect temperature_clip --set temperature_clip.inverse={1.0 / (end - KELVIN):.4g}`"
+
+
 def _told(series: Sequence[ResidualSeries], end: _End, word: str) -> Signature:
     channel = series[0].channel
     lost = sum(
@@ -132,7 +140,7 @@ def _told(series: Sequence[ResidualSeries], end: _End, word: str) -> Signature:
         share=share,
         words=f"the {channel.name} shows nothing {word} {reading(channel, end.value)}, in {count} places where "
         "the model goes on",
-        advice=f"look at the range of the sensor, and give `--effect {channel.name}_clip`, or stay within the range",
+        advice=f"look at the range of the sensor, and stay within it, or {_remedy(channel, end.value)}",
         picture=Picture(
             f"Readings that end at {reading(channel, end.value)}, {shown.run}",
             "time",
