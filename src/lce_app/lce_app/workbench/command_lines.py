@@ -21,6 +21,12 @@ def diagnose(state: WorkbenchState, model: Path) -> str:
     return _line(state, "diagnose", *_runs(state), "--model", model, "--report", "diagnose.html")
 
 
+def discover(state: WorkbenchState, model: Path) -> str:
+    """What the tab Diagnose does where something is unexplained, as a report and an effect file."""
+    outputs = "--report", "discover.html", "--out", "found.py"
+    return _line(state, "discover", *_runs(state), "--model", model, *outputs)
+
+
 def fit(state: WorkbenchState, thermal: str, deformation: str) -> str:
     """A model without effects."""
     stages = "--thermal", thermal, "--deformation", deformation
@@ -37,6 +43,12 @@ def design(state: WorkbenchState, model: Path, between: tuple[str, str], limits:
     power, temperature, duration = (f"{limit:g}" for limit in limits)
     within = "--max-power", power, "--max-temperature", temperature, "--duration", duration
     return _line(state, "design", "--model", model, "--between", ",".join(between), *within, "--out", "wave.csv")
+
+
+def tell_apart(state: WorkbenchState, model: Path, first: Path, second: Path) -> str:
+    """A waveform that tells two effect files apart."""
+    between = ",".join(f"./{file.relative_to(state.folder).as_posix()}" for file in (first, second))
+    return _line(state, "design", "--model", model, "--between", between, "--out", "wave.csv")
 
 
 def _runs(state: WorkbenchState) -> tuple[str | Sequence[Path], ...]:

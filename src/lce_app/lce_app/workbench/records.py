@@ -12,9 +12,14 @@ from msgspec import Struct, to_builtins
 from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.diagnosis.diagnosis import Verdict
 from lce_analysis.diagnosis.ranking import Standing
+from lce_analysis.discovery.discover import Verdict as DiscoveryVerdict
+from lce_app.use_cases.discover import Written
+from lce_app.workbench.kept_blocks import KeptSection, as_plain, from_plain, kept
+from lce_app.workbench.trusted_effects import sha256
 from lce_data.errors import LceError
 from lce_data.schema import checked
 from lce_report.figures.leading import LeadingCandidate, StrengthByRun, leading_candidates
+from lce_report.pages.discovery import discovery_sections
 from lce_report.tables import AdditionTables, DiagnosisTables, diagnosis_tables
 
 Record = TypeVar("Record", bound=Struct)
@@ -44,6 +49,31 @@ class DiagnosisRecord(Struct, frozen=True):
     candidates: tuple[CandidateRecord, ...]
     tables: DiagnosisTables
     leading: tuple[LeadingCandidate, ...]
+
+
+class FoundRecord(Struct, frozen=True):
+    """A function that was found, and its effect file: its name beside the record, and the SHA-256 of its content.
+
+    rival : name of the file with the next formula that describes it as well; "" if there is none.
+    """
+
+    effect: str
+    file: str
+    sha256: str
+    rival: str
+
+
+class DiscoveryRecord(Struct, frozen=True):
+    """What the page shows of a discovery: its answer, and the sections of its report that need no run.
+
+    values : TERM.PARAM of the model as refitted with what was found, the parameters of what was found left out.
+    """
+
+    verdict: DiscoveryVerdict
+    sentences: tuple[str, ...]
+    found: tuple[FoundRecord, ...]
+    values: dict[str, float]
+    sections: tuple[KeptSection, ...]
 
 
 class AdditionRecord(Struct, frozen=True):
@@ -77,6 +107,31 @@ def read_diagnosis(file: Path) -> DiagnosisRecord:
     if isinstance(content, dict) and "verdict" in content and "tables" not in content:
         raise LceError(f"{file}: made by an earlier version: diagnose again")
     return _record(file, content, DiagnosisRecord)
+
+
+def discovery_record(written: Written) -> dict[str, Any]:
+    """What :func:`read_discovery` reads, as plain values."""
+    found = written.discovery
+    functions = [
+        FoundRecord(one.name, file.name, sha256(file), rival.name if (rival := written.rivals.get(file)) else "")
+        for one, file in zip(found.found, written.effects, strict=True)
+    ]
+    record = DiscoveryRecord(
+        verdict=found.verdict,
+        sentences=found.sentences,
+        found=tuple(functions),
+        values={v.key: v.value for v in found.model.values if v.key in found.given},
+        sections=tuple(map(kept, discovery_sections(found))),
+    )
+    return {**found.as_json(), **as_plain(record)}
+
+
+def read_discovery(file: Path) -> DiscoveryRecord:
+    """Read a discovery. Raises LceError if the file is something else."""
+    try:
+        return from_plain(_json(file), DiscoveryRecord)
+    except LceError as error:
+        raise LceError(f"{file}: {error}; delete it, and discover again") from None
 
 
 def read_record(file: Path, kind: type[Record]) -> Record:

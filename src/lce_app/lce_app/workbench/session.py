@@ -64,6 +64,19 @@ class Session:
         """What `diagnose` said of a model."""
         return self.place / f"diagnosis-{number}.json"
 
+    def discovery_file(self, number: int) -> Path:
+        """What `discover` said of a model."""
+        return self.place / f"discovery-{number}.json"
+
+    def next_found_file(self, number: int) -> Path:
+        """An effect file for what is discovered of a model. None is written twice: models may name an earlier one."""
+        found = self.place / f"found-{number}.py"
+        count = 1
+        while found.exists():
+            count += 1
+            found = self.place / f"found-{number}-{count}.py"
+        return found
+
     def addition_file(self, number: int) -> Path:
         """What `add` said of the effect by which a model was made."""
         return self.model_file(number).with_suffix(".json")

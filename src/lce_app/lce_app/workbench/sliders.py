@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
@@ -18,7 +18,9 @@ from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
 from lce_app.workbench.state import WorkbenchState
 from lce_data.errors import LceError
+from lce_data.run import Floats
 from lce_model import Model, Value
+from lce_model.effects import Effect
 from lce_report import Block
 
 STEPS: Final = 1000
@@ -78,6 +80,43 @@ class Sliders:
         self._move(self._start)
 
 
+class StrengthSlider:
+    """A slider on the strength of an effect, from nothing to twice its typical value, and the curves of a run.
+
+    model : without the effect; refitted : with it, all other parameters as they are with the effect.
+    """
+
+    def __init__(self, state: WorkbenchState, model: Model, refitted: Model, effect: Effect) -> None:
+        self._state, self._start = state, model
+        self._moved = refitted.set({effect.strength_key: effect.typical})
+        self._by_hand: ByHand | None = None
+        names = list(state.used())
+        self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
+        self._chosen.on_value_change(partial(remember, "run"))
+        with ui.element("div").classes("hand"):
+            with ui.element("div").classes("sliders"):
+                value = self._moved.values[self._moved.index(effect.strength_key)]
+                _Slider(value, self._follow, _Between(effect.null, 2.0 * effect.typical - effect.null))
+                ui.label("All other parameters stay as they were refitted with it.")
+            self._figures = Figures(self._curves)
+        self._chosen.on_value_change(self._reload)
+
+    def _curves(self) -> Sequence[Block]:
+        run = self._state.entries[str(self._chosen.value)].run
+        assert run is not None
+        self._by_hand = ByHand.of(self._start, run)
+        return self._by_hand.blocks(self._start, self._moved)
+
+    def _reload(self) -> None:
+        self._by_hand = None
+        self._figures.reload()
+
+    def _follow(self, key: str, number: float) -> None:
+        self._moved = self._moved.set({key: number})
+        if self._by_hand is not None:
+            self._figures.replace(self._by_hand.curves(self._moved))
+
+
 class _Bounds:
     """A parameter and two numbers, which become its bounds: of its slider, and of whatever is fitted after."""
 
@@ -106,15 +145,32 @@ class _Bounds:
             self._lower.value, self._upper.value = value.lower, value.upper
 
 
+@dataclass(frozen=True)
+class _Between:
+    """A slider that goes evenly from the value ``begin`` to ``end``, which may be the smaller one."""
+
+    begin: float
+    end: float
+
+    def to_box(self, values: Floats) -> Floats:
+        """Where values lie, from 0 to 1."""
+        return (values - self.begin) / (self.end - self.begin)
+
+    def from_box(self, places: Floats) -> Floats:
+        """The values there."""
+        return self.begin + places * (self.end - self.begin)
+
+
 class _Slider(ui.element, component="slider.js"):
     """A slider that tells ``follow`` key and value; where it began it stands for exactly the value it began with.
 
-    It goes over the usual range of the parameter, where the value lies in it and nobody chose other bounds.
+    It goes over the usual range of the parameter, where the value lies in it and nobody chose other bounds; or over
+    ``between``.
     """
 
-    def __init__(self, value: Value, follow: Callable[[str, float], None]) -> None:
+    def __init__(self, value: Value, follow: Callable[[str, float], None], between: _Between | None = None) -> None:
         self._value, self._follow = value, follow
-        self._coordinates = Transformation.of([_usual(value)])
+        self._coordinates = between or Transformation.of([_usual(value)])
         self._began = round(float(self._coordinates.to_box(np.array([value.value]))[0]) * STEPS)
         self._told = ui.label().props("aria-live=polite").tooltip(value.parameter.description)
         super().__init__()

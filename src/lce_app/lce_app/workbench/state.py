@@ -14,12 +14,13 @@ from lce_app.workbench import session as sessions
 from lce_app.workbench.jobs import Job, Task
 from lce_app.workbench.session import Role, Session
 from lce_app.workbench.topic_monitor import TopicMonitor
+from lce_app.workbench.trusted_effects import TrustedEffects
 from lce_data.errors import LceError
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
     from lce_analysis.diagnosis.diagnosis import Errors
-    from lce_app.workbench.records import AdditionRecord, DesignRecord, DiagnosisRecord
+    from lce_app.workbench.records import AdditionRecord, DesignRecord, DiagnosisRecord, DiscoveryRecord
     from lce_data.run import Run
     from lce_model import Model
 
@@ -43,6 +44,7 @@ class WorkbenchState:
     """Session, runs, comparisons and job, shared by all open pages of the server.
 
     version : counts the changes; a page draws anew when it has grown.
+    trusted : effect files of the user's own that may be run.
     ready : the analysis is loaded. busy : what the server is loading, if anything.
     fatal_error : why the workbench has to end.
     """
@@ -60,6 +62,7 @@ class WorkbenchState:
         self._models: dict[int, Model] = {}
         self._errors: dict[tuple[int, tuple[str, ...], tuple[str, ...]], dict[Role, Errors]] = {}
         self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
+        self.trusted = TrustedEffects()
         self._then: Callable[[], None] = lambda: None
 
     # Runs
@@ -190,6 +193,14 @@ class WorkbenchState:
         if self.session.current is None or not (file := self.session.diagnosis_file(self.session.current)).exists():
             return None
         return read_diagnosis(file)
+
+    def discovery(self) -> DiscoveryRecord | None:
+        """What was discovered of the current model; None if that was not asked for."""
+        from lce_app.workbench.records import read_discovery
+
+        if self.session.current is None or not (file := self.session.discovery_file(self.session.current)).exists():
+            return None
+        return read_discovery(file)
 
     def addition(self) -> AdditionRecord | None:
         """What adding its last effect did to the current model; None if the page added none."""

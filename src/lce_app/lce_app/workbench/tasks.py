@@ -16,9 +16,10 @@ from msgspec import to_builtins
 from lce_app.use_cases import add_effect as adding
 from lce_app.use_cases import design as designing
 from lce_app.use_cases import diagnose as diagnosing
+from lce_app.use_cases import discover as discovering
 from lce_app.use_cases import fit as fitting
 from lce_app.use_cases import record as recording
-from lce_app.workbench.records import AdditionRecord, diagnosis_record
+from lce_app.workbench.records import AdditionRecord, diagnosis_record, discovery_record
 from lce_data.files import write_atomically
 from lce_data.progress import Progress
 from lce_data.units import KELVIN
@@ -34,6 +35,15 @@ def diagnose(runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path,
     """`lce diagnose`, its report beside ``out``."""
     found = diagnosing.diagnose(runs, model, test, report_file=out.with_suffix(".html"), progress=progress)
     write_atomically(out, json.dumps(diagnosis_record(found)) + "\n")
+
+
+def discover(
+    runs: Sequence[Path], test: Sequence[Path], model: Path, effect_file: Path, out: Path, *, progress: Progress
+) -> None:
+    """`lce discover`, what it found in ``effect_file``, its report beside ``out``."""
+    report = out.with_suffix(".html")
+    written = discovering.discover(runs, model, effect_file, test, report_file=report, progress=progress)
+    write_atomically(out, json.dumps(discovery_record(written)) + "\n")
 
 
 def add(effect: str, runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:

@@ -29,7 +29,8 @@ VISIBLE: Final = 0.05
 """Share of the range of a formula that one sees in the figure."""
 FEW_VALUES: Final = frozenset({"branch", "cycle"})
 """Covariates with nothing between their values, of which the figure draws points."""
-FORMULA_ROLES: Final[tuple[Role, ...]] = ("model", "after", "input", "before", "heating")
+FORMULA_ROLES: Final[tuple[Role, ...]] = ("model", "after", "input", "before", "residual")
+"""Of the formulas that are drawn, the simplest; more colours could not be told apart."""
 SCALES: Final = {"1": (100.0, "%"), "m": (1e6, "µm")}
 """From the unit of a place to that of the figure, where they differ."""
 MISFIT_OF: Final = {"heat": "the temperature", "deformation": "the displacement", "both": "both sensors"}
@@ -150,6 +151,8 @@ def _caption(found: Found) -> str:
         )
     if not found.formulas:
         told += " No formula of the dictionary describes the curve as well as the curve does itself."
+    elif len(found.formulas) > len(FORMULA_ROLES):
+        told += f" Of {len(found.formulas)} formulas the {len(FORMULA_ROLES)} simplest are drawn."
     return told
 
 

@@ -2,6 +2,7 @@
 """The report of `lce discover`: what the residual shows, what was found, the errors, and what was tried."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from lce_analysis.comparison.compare import compare
 from lce_analysis.comparison.predictive_check import predictive_check
@@ -19,7 +20,9 @@ from lce_report.figures.signatures import signature_blocks
 from lce_report.html.render import render
 from lce_report.pages.footer import provenance
 
-ABOUT_OVERVIEW = (
+WHAT_WAS_FOUND: Final = "What was found"
+"""Heading of the section with the curves."""
+ABOUT_OVERVIEW: Final = (
     "Every function was examined with one step of its curve and without a refit, the free parameters of the model "
     "projected out. A function in a frame was found. Functions of the same row or column often promise the same, "
     "because what they depend on moves together in these runs; the strongest that differ were refitted. Of a "
@@ -71,7 +74,7 @@ def discovery_sections(found: Discovery, errors: Sequence[Block] = ()) -> list[S
         tried += [ABOUT_OVERVIEW, *(overview(examination, found.found) for examination in found.examinations)]
     sections = [
         Section("What the residual shows", signature_blocks(found.signatures)),
-        Section("What was found", [block for one in found.found for block in found_function(one)]),
+        Section(WHAT_WAS_FOUND, [block for one in found.found for block in found_function(one)]),
         Section("The formulas", [tables.formulas] if tables.formulas else []),
         Section("The errors", [tables.errors, *errors]),
         Section("What was tried", tried),

@@ -16,6 +16,7 @@ from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import CandidateRecord
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.tabs import discover
 from lce_model.effects import library
 from lce_report.figures.leading import LeadingCandidate
 from lce_report.tables import outcome
@@ -48,6 +49,7 @@ def fill(state: WorkbenchState) -> None:
         ui.html(f"<h2>{VERDICTS[found.verdict]}</h2>", sanitize=False).mark("verdict")
         for sentence in found.sentences:
             ui.label(sentence)
+    discover.fill(state, found.verdict)
     Figures(lambda: drawings.diagnosis(found)).mark("tables")
     leading = {candidate.effect: candidate for candidate in found.leading}
     tried = [candidate for candidate in found.candidates if candidate.standing != "not tried"]

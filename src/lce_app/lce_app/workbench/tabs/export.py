@@ -29,6 +29,8 @@ def fill(state: WorkbenchState) -> None:
         for label, file in (
             ("Report: what is missing (HTML)", state.session.diagnosis_file(number).with_suffix(".html")),
             ("Diagnosis (JSON)", state.session.diagnosis_file(number)),
+            ("Report: what no library holds (HTML)", state.session.discovery_file(number).with_suffix(".html")),
+            ("Discovery (JSON)", state.session.discovery_file(number)),
             ("Report: the effect added (HTML)", state.session.model_file(number).with_suffix(".html")),
         ):
             if file.exists():
@@ -48,6 +50,8 @@ def commands(state: WorkbenchState) -> list[str]:
     assert number is not None
     model = state.session.model_file(number)
     lines = [command_lines.compare(state, model), command_lines.diagnose(state, model)]
+    if state.session.discovery_file(number).exists():
+        lines.append(command_lines.discover(state, model))
     if command := state.session.kept(number).command:
         lines.append(command)
     return lines + [design.command for _, design in state.designs()]
