@@ -113,10 +113,13 @@ def _kink(series: ResidualSeries, span: Span) -> tuple[float, float] | None:
     return falls[0], falls[1]
 
 
-def _remedy(channel: Channel, end: float) -> str:
+def _remedy(channel: Channel, end: float, word: str) -> str:
+    """The effect of the library that is the end of a sensor's range, which the camera has at the top only."""
     if channel is not TEMPERATURE:
-        return f"fit with `--effect {channel.name}_clip`"
-    return f"fit with `--effect temperature_clip --set temperature_clip.inverse={1.0 / (end - KELVIN):.4g}`"
+        return f", or fit with `--effect {channel.name}_clip`"
+    if word == "below" or end <= KELVIN:
+        return ""
+    return f", or fit with `--effect temperature_clip --set temperature_clip.inverse={1.0 / (end - KELVIN):.4g}`"
 
 
 def _told(series: Sequence[ResidualSeries], end: _End, word: str) -> Signature:
@@ -140,7 +143,7 @@ def _told(series: Sequence[ResidualSeries], end: _End, word: str) -> Signature:
         share=share,
         words=f"the {channel.name} shows nothing {word} {reading(channel, end.value)}, in {count} places where "
         "the model goes on",
-        advice=f"look at the range of the sensor, and stay within it, or {_remedy(channel, end.value)}",
+        advice=f"look at the range of the sensor, and stay within it{_remedy(channel, end.value, word)}",
         picture=Picture(
             f"Readings that end at {reading(channel, end.value)}, {shown.run}",
             "time",
