@@ -100,8 +100,8 @@ def _chosen(columns: Floats, rest: Floats, s2: float) -> tuple[list[int], float]
     All are there to begin with; again and again the one goes that takes least.
     """
     gram, moment = columns.T @ columns, columns.T @ rest
-    gram += RIDGE * float(np.mean(np.diag(gram))) * np.eye(moment.size)
-    inverse: Floats = np.asarray(np.linalg.inv(gram), dtype=np.float64)
+    ridge = RIDGE * float(np.mean(np.diag(gram)))
+    inverse: Floats = np.asarray(np.linalg.inv(gram + ridge * np.eye(moment.size)), dtype=np.float64)
     left = list(range(moment.size))
     price = s2 * STEP_PRICE * float(np.log(rest.size))
     while left:
@@ -110,8 +110,8 @@ def _chosen(columns: Floats, rest: Floats, s2: float) -> tuple[list[int], float]
         least = int(np.argmin(taken))
         if taken[least] > price:
             break
-        column = inverse[:, least]
-        inverse = inverse - np.outer(column, column) / column[least]
+        column = inverse[:, least].copy()
+        inverse -= np.outer(column, column) / column[least]
         inverse = np.delete(np.delete(inverse, least, axis=0), least, axis=1)
         del left[least]
     heights = np.linalg.lstsq(columns[:, left], rest, rcond=None)[0]
