@@ -114,5 +114,5 @@ def _chosen(columns: Floats, rest: Floats, s2: float) -> tuple[list[int], float]
         inverse -= np.outer(column, column) / column[least]
         inverse = np.delete(np.delete(inverse, least, axis=0), least, axis=1)
         del left[least]
-    heights = np.linalg.lstsq(columns[:, left], rest, rcond=None)[0]
-    return left, float(np.sum((rest - columns[:, left] @ heights) ** 2))
+    chosen = columns[:, left]
+    return left, float(np.sum((rest - chosen @ np.linalg.lstsq(chosen, rest, rcond=None)[0]) ** 2))

@@ -20,10 +20,10 @@ BAND: Final = 2.0
 
 
 def random_walk(walk: Walk) -> list[Block]:
-    """What walks, in a sentence, and its path over time in each run, all on the same scale."""
+    """What walks, in a sentence, and its path over time in each run."""
     scale, unit = SCALES[walk.parameter.unit]
     top = scale * max(float(np.max(np.abs(path.level) + BAND * path.band)) for path in walk.paths)
-    axis = Axis(f"change of the {walk.parameter.words}", unit)
+    axis = Axis("change", unit)
     return [
         f"{walk.words[0].upper()}{walk.words[1:]}. The band holds {BAND:g} standard deviations; it is wide where the "
         f"{walk.channel.name} says little of the {walk.parameter.words}.",
