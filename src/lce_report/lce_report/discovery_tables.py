@@ -33,7 +33,7 @@ class DiscoveryTables:
 def discovery_tables(found: Discovery) -> DiscoveryTables:
     """Lay out a discovery."""
     return DiscoveryTables(
-        errors=error_columns(found, [one.name for one in found.found]),
+        errors=error_columns(found, ["what was found"] if found.found else []),
         formulas=_formulas(found) if any(one.formulas for one in found.found) else None,
         tried=_tried(found) if found.tried else None,
     )

@@ -24,10 +24,11 @@ WHAT_WAS_FOUND: Final = "What was found"
 """Heading of the section with the curves."""
 ABOUT_OVERVIEW: Final = (
     "Every function was examined with one step of its curve and without a refit, the free parameters of the model "
-    "projected out. A function in a frame was found. Functions of the same row or column often promise the same, "
-    "because what they depend on moves together in these runs; the strongest that differ were refitted. Of a "
-    "covariate with a lag the likeliest time constant is shown. Point at a cell for the evidence."
+    "projected out. Functions of the same row or column often promise the same, because what they depend on moves "
+    "together in these runs; the strongest that differ were refitted, if chance does not explain them. Of a covariate "
+    "with a lag the likeliest time constant is shown. Point at a cell for the evidence."
 )
+FRAMED: Final = "What was found has a frame."
 
 
 def render_discovery(found: Discovery, runs: Sequence[Run], test_runs: Sequence[Run] = ()) -> str:
@@ -51,7 +52,7 @@ def render_discovery(found: Discovery, runs: Sequence[Run], test_runs: Sequence[
     every, held_out = [*runs, *test_runs], {run.name for run in test_runs}
     models = {"as given": found.given, "refitted": found.before}
     if found.found:
-        models["with what was found"] = found.model
+        models["as found"] = found.model
     compared = {label: compare(model, every, CompareOptions(drive=found.drive)) for label, model in models.items()}
     check = predictive_check(found.model, test_runs or runs, runs, options=CompareOptions(drive=found.drive))
     sections = [
@@ -71,7 +72,8 @@ def discovery_sections(found: Discovery, errors: Sequence[Block] = ()) -> list[S
     tables = discovery_tables(found)
     tried: list[Block] = [tables.tried] if tables.tried else []
     if found.examinations:
-        tried += [ABOUT_OVERVIEW, *(overview(examination, found.found) for examination in found.examinations)]
+        about = f"{ABOUT_OVERVIEW} {FRAMED}" if found.found else ABOUT_OVERVIEW
+        tried += [about, *(overview(examination, found.found) for examination in found.examinations)]
     sections = [
         Section("What the residual shows", signature_blocks(found.signatures)),
         Section(WHAT_WAS_FOUND, [block for one in found.found for block in found_function(one)]),
