@@ -30,7 +30,7 @@ from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import simulation_input, with_ambient_at_rest
-from lce_data.channels import SENSORS
+from lce_data.channels import SENSORS, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.progress import Progress
 from lce_data.run import Run
@@ -185,9 +185,14 @@ class Search:
                 self.present = anew
 
     def _next(self, heat: bool) -> Accepted | None:
-        """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error."""
+        """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error.
+
+        What differs is looked for where a sensor is left beyond the noise, which one effect does not explain.
+        """
         trials = self.trials.judged(self._tried(heat))
         step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
+        if self._explains_all(self.present if step is None else step.with_it, heat):
+            return step
         varied = [
             t for s in self._stages(heat)[:1] for t in variation_trials(s, self.left_out, self.options, self.progress)
         ]
@@ -195,6 +200,11 @@ class Search:
         if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
         return self._variation_step(variation)
+
+    def _explains_all(self, fit: StagedFit, heat: bool) -> bool:
+        """Does the model leave the sensors of a part within what counts as explained?"""
+        left = [x for channel, x in fit.mean_squares.items() if not heat or channel is TEMPERATURE]
+        return max(left, default=0.0) <= self.options.explained**2
 
     def _variation_step(self, trial: VariationTrial) -> VariationStep:
         found = trial.fit.problem.model
@@ -271,7 +281,8 @@ class Search:
 
     def _take_out(self, step: Accepted, present: StagedFit, change: Callable[[Model], Model]) -> None:
         """Go on without a step that was accepted; ``present`` is what all the others give."""
-        place = self.accepted.index(step)
+        # By its label: what was taken out before has left the later steps with fits of their own.
+        place = [accepted.label for accepted in self.accepted].index(step.label)
         earlier, later = self.accepted[:place], self.accepted[place + 1 :]
         fits = [*(self._refitted(change(s.with_it.model)) for s in later[:-1]), present] if later else []
         before = [step.without, *fits[:-1]][: len(later)]
