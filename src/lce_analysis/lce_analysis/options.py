@@ -231,7 +231,6 @@ class DiscoverOptions:
     alike : functions whose promised gain is at least this share of the best one's, and whose effect on the sensors has
         a correlation of ``diagnosis.alias_correlation`` with it, cannot be told apart.
     forms : formulas that are refitted, those that promise most.
-    found : functions that are added at most, one after the other.
 
     Raises
     ------
@@ -250,10 +249,9 @@ class DiscoverOptions:
     refitted: int = 3
     alike: float = 0.95
     forms: int = 8
-    found: int = 2
 
     def __post_init__(self) -> None:
-        _check_counts(self, "refitted", "forms", "found")
+        _check_counts(self, "refitted", "forms")
         _check_share(self, "false_alarm", "alike")
         if not self.lags_s or min(self.lags_s) <= 0.0:
             raise LceError(f"lags_s: {self.lags_s} must be times above 0 s")

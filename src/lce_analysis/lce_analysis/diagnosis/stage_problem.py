@@ -149,12 +149,8 @@ def refit_stages(
     candidates: Sequence[Effect],
     options: DiagnoseOptions,
     progress: Progress,
-    apart: bool = False,
 ) -> StagedFit:
-    """The model at least squares, the heat first, with its candidates at their null values beside it.
-
-    Where both parts are to be judged ``apart``, the displacement has no say in the thermal parameters.
-    """
+    """The model at least squares, the heat first, with its candidates at their null values beside it."""
     heat = _heat(model, data, candidates, options, progress)
     starts = _starts(model, data)
     if heat:
@@ -162,12 +158,11 @@ def refit_stages(
         model, starts = carried(model, fitted.model), fitted.split(fitted.first())[1]
     if not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
         return StagedFit(model, heat, None, False)
-    if not (apart and heat):
-        both = _both(model, data, starts, candidates, options, progress)
-        if not heat or not _bends(heat[0].fit, both.fit, options):
-            return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
+    both = _both(model, data, starts, candidates, options, progress)
+    if not heat or not _bends(heat[0].fit, both.fit, options):
+        return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
     alone = _deformation(model, data, starts, candidates, heat[0].fit, options, progress)
-    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, not apart)
+    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, True)
 
 
 def _bends(heat: LinearizedFit, both: LinearizedFit, options: DiagnoseOptions) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lce_analysis.diagnosis.diagnosis import Column, ErrorTable, errors
+from lce_analysis.diagnosis.disturbed import outside
 from lce_analysis.diagnosis.held_out import DataLeftOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, share_removed
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, StageProblem, carried, refit_stages
@@ -24,7 +25,7 @@ from lce_analysis.options import DiscoverOptions, Drive
 from lce_analysis.prediction import MECHANICAL, simulation_input, with_ambient_at_rest
 from lce_analysis.signatures.catalogue import signatures
 from lce_analysis.signatures.series import residual_series
-from lce_analysis.signatures.signature import Signature
+from lce_analysis.signatures.signature import OF_SENSOR, Signature
 from lce_data.channels import SENSORS, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -107,6 +108,12 @@ class Discovery:
     def largest(self) -> float:
         """The largest RMS error of a sensor that the final model leaves in the runs, in units of its noise."""
         return max(self.train.misfit["after"].rms.values())
+
+    @property
+    def heat_unexplained(self) -> bool:
+        """Does the final model leave the temperature beyond its noise, so that the deformation was not searched?"""
+        rms = self.train.misfit["after"].rms
+        return TEMPERATURE in rms and len(rms) > 1 and rms[TEMPERATURE] > self.explained
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -196,12 +203,13 @@ def discover(
     began = perf_counter()
     search = _Search(model, runs, test_runs, options, watched(progress, cancel))
     search.run()
+    seen = signatures(residual_series(search.base.model, runs, search.base.drive))
     return Discovery(
-        verdict=_verdict(search),
+        verdict=_verdict(search, seen),
         given=model,
         before=search.base.model,
         model=search.present.model,
-        signatures=signatures(residual_series(search.base.model, runs, search.base.drive)),
+        signatures=seen,
         found=tuple(search.found),
         tried=tuple(search.tried),
         examinations=tuple(search.examinations),
@@ -216,10 +224,12 @@ def discover(
     )
 
 
-def _verdict(search: "_Search") -> Verdict:
+def _verdict(search: "_Search", seen: Sequence[Signature]) -> Verdict:
+    """A disturbance is a walk that nothing explains, or a large signature of one."""
     if search.found:
         return "found"
-    return "disturbance" if any(walk.kind == "disturbance" for walk in search.walks) else "nothing"
+    walks = any(walk.kind == "disturbance" for walk in search.walks)
+    return "disturbance" if walks or any(one.name not in OF_SENSOR for one in outside(seen)) else "nothing"
 
 
 class _Search:
@@ -249,10 +259,11 @@ class _Search:
         self.base = self.present = self._refitted(model)
 
     def run(self) -> None:
-        """Search both parts, and refit what was found on every sample."""
-        for part in ("heat", "deformation"):
-            if len(self.found) < self.options.found and (stage := self._unexplained(part)):
-                self._search(stage)
+        """Search the heat, and where that is explained the deformation; refit what was found on every sample."""
+        if stage := self._unexplained("heat"):
+            self._search(stage)
+        if not self._unexplained("heat") and (stage := self._unexplained("deformation")):
+            self._search(stage)
         self.walks = disturbances(self.present, progress=self.progress)
         data = self.data
         self.base = refit_stages(self.base.model, data, (), self.options.diagnosis, self.progress)
@@ -273,11 +284,7 @@ class _Search:
     def _refitted(self, model: Model) -> StagedFit:
         """The model refitted, with the closures that it lacks beside it."""
         lacking = [c for c in (closure_of(place.name) for place in PLACES) if c.reference not in model.effects]
-        fit = refit_stages(model, self.coarse, lacking, self.options.diagnosis, self.progress)
-        if fit.heat and fit.mean_squares[TEMPERATURE] > self.options.diagnosis.explained**2 and not fit.bent:
-            # What the heat lacks is not to be looked for in the deformation.
-            return refit_stages(fit.model, self.coarse, lacking, self.options.diagnosis, self.progress, apart=True)
-        return fit
+        return refit_stages(model, self.coarse, lacking, self.options.diagnosis, self.progress)
 
     def _unexplained(self, part: str) -> StageProblem | None:
         """The part of the model, if it leaves its sensor beyond the noise."""

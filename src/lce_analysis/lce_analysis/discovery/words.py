@@ -30,6 +30,8 @@ def in_words(found: Discovery) -> Iterator[str]:
     if not found.found:
         yield from _nothing(found)
     yield from (_sentence(walk.words) for walk in found.walks)
+    if found.heat_unexplained:
+        yield "The deformation was not searched, as the heat does not explain the temperature."
     if found.found and found.largest > found.explained:
         yield f"Much is left: {found.largest:.1f} × the noise. What was found may stand in for something else."
 
