@@ -23,10 +23,12 @@ LISTED = 3
 
 
 def in_words(found: Discovery) -> Iterator[str]:
-    """What the residual shows, what was found, what it may be confused with, and what to do next."""
-    yield from (_sentence(signature.words) for signature in found.signatures)
+    """What was found, what it may be confused with, what the residual shows, and what to do next."""
     for one in found.found:
         yield from _of_function(one)
+    # What follows a covariate is told by the function that was found.
+    seen = [one for one in found.signatures if one.outside or not found.found]
+    yield from (_sentence(signature.words) for signature in seen)
     if not found.found:
         yield from _nothing(found)
     yield from (_sentence(walk.words) for walk in found.walks)

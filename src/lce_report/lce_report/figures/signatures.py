@@ -23,11 +23,13 @@ ROW: Final = 2
 """Pictures in a row."""
 
 
-def signature_blocks(signatures: Sequence[Signature]) -> list[Block]:
-    """A sentence for each signature, then their pictures."""
+def signature_blocks(signatures: Sequence[Signature], advice: bool = True) -> list[Block]:
+    """A sentence for each signature, with what to try if there is ``advice``, then their pictures."""
     if not signatures:
         return ["The residual has no signature of the catalogue: nothing is clipped, swings, jumps or lies far out."]
-    sentences: list[Block] = [f"{one.words[0].upper()}{one.words[1:]}. To try: {one.advice}." for one in signatures]
+    sentences: list[Block] = [
+        f"{one.words[0].upper()}{one.words[1:]}.{f' To try: {one.advice}.' if advice else ''}" for one in signatures
+    ]
     figures = [signature_figure(one) for one in signatures]
     rows = [figures[i : i + ROW] for i in range(0, len(figures), ROW)]
     return [*sentences, *(Grid(row, (1,) * len(row)) for row in rows)]

@@ -75,7 +75,7 @@ def discovery_sections(found: Discovery, errors: Sequence[Block] = ()) -> list[S
         about = f"{ABOUT_OVERVIEW} {FRAMED}" if found.found else ABOUT_OVERVIEW
         tried += [about, *(overview(examination, found.found) for examination in found.examinations)]
     sections = [
-        Section("What the residual shows", signature_blocks(found.signatures)),
+        Section("What the residual shows", signature_blocks(found.signatures, advice=False)),
         Section(WHAT_WAS_FOUND, [block for one in found.found for block in found_function(one)]),
         Section("The formulas", [tables.formulas] if tables.formulas else []),
         Section("The errors", [tables.errors, *errors]),
