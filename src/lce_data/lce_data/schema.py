@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -27,13 +27,19 @@ _QUOTED: Final = re.compile(r"field `(?P<key>[^`]+)`")
 _STEP: Final = re.compile(r"\.(?P<key>\w+)|\[(?P<index>\d+)\]|(?P<any>\[\.\.\.\])")
 
 
-def checked(where: Path | str, content: object, kind: type[Kind]) -> Kind:
+def checked(
+    where: Path | str,
+    content: object,
+    kind: type[Kind],
+    decode: Callable[[type, Any], Any] | None = None,
+) -> Kind:
     """Make plain values, as a YAML or JSON file holds them, an object of a type.
 
     Parameters
     ----------
     where : file that holds the content, for the message.
     kind : a ``msgspec.Struct`` or a dataclass.
+    decode : makes a value of a type that msgspec does not know, such as an array.
 
     Raises
     ------
@@ -48,7 +54,7 @@ def checked(where: Path | str, content: object, kind: type[Kind]) -> Kind:
     Strip(length_m=0.01)
     """
     try:
-        return msgspec.convert(content, kind)
+        return msgspec.convert(content, kind, dec_hook=decode)
     except msgspec.ValidationError as error:
         raise LceError(f"{where}: {_reason(str(error), content, kind)}") from None
 

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-from msgspec import Struct, ValidationError, convert, to_builtins
+from msgspec import Struct, to_builtins
 
-from lce_data.errors import LceError
+from lce_data.schema import checked
 from lce_report.blocks import (
     Bars,
     Block,
@@ -82,10 +82,7 @@ def as_plain(record: Struct) -> Any:
 
 def from_plain(content: object, kind: type[Kind]) -> Kind:
     """The record that ``as_plain`` made plain. Raises LceError if it is something else."""
-    try:
-        return convert(content, kind, dec_hook=_array)
-    except (ValidationError, ValueError, TypeError) as error:
-        raise LceError(f"not what the workbench wrote ({error})") from None
+    return checked("not what the workbench wrote", content, kind, _array)
 
 
 def _kept(block: Block) -> KeptBlock:

@@ -19,6 +19,7 @@ from lce_app.workbench.trusted_effects import sha256
 from lce_data.errors import LceError
 from lce_data.schema import checked
 from lce_report.figures.leading import LeadingCandidate, StrengthByRun, leading_candidates
+from lce_report.pages.diagnosis import signature_section
 from lce_report.pages.discovery import discovery_sections
 from lce_report.tables import AdditionTables, DiagnosisTables, diagnosis_tables
 
@@ -49,6 +50,7 @@ class DiagnosisRecord(Struct, frozen=True):
     candidates: tuple[CandidateRecord, ...]
     tables: DiagnosisTables
     leading: tuple[LeadingCandidate, ...]
+    sections: tuple[KeptSection, ...] = ()
 
 
 class FoundRecord(Struct, frozen=True):
@@ -98,7 +100,8 @@ class DesignRecord(Struct, frozen=True):
 def diagnosis_record(found: Diagnosis) -> dict[str, Any]:
     """What :class:`DiagnosisRecord` reads, as plain values."""
     more = {"tables": diagnosis_tables(found), "leading": leading_candidates(found)}
-    return {**found.as_detailed_json(), **to_builtins(more)}
+    shown = [kept(signature_section(found.signatures))] if found.signatures else []
+    return {**found.as_detailed_json(), **to_builtins(more), "sections": [as_plain(section) for section in shown]}
 
 
 def read_diagnosis(file: Path) -> DiagnosisRecord:
@@ -106,7 +109,10 @@ def read_diagnosis(file: Path) -> DiagnosisRecord:
     content = _json(file)
     if isinstance(content, dict) and "verdict" in content and "tables" not in content:
         raise LceError(f"{file}: made by an earlier version: diagnose again")
-    return _record(file, content, DiagnosisRecord)
+    try:
+        return from_plain(content, DiagnosisRecord)
+    except LceError as error:
+        raise LceError(f"{file}: {error}; delete it, and begin that job again") from None
 
 
 def discovery_record(written: Written) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.diagnosis.structure import Dependence
 from lce_analysis.options import CompareOptions, DiagnoseOptions
+from lce_analysis.signatures import Signature
 from lce_data.run import Run
 from lce_report.blocks import Axis, Bars, Block, Curve, Details, Grid, Group, Lines, Section
 from lce_report.figures.axes import residual_axis
@@ -69,11 +70,16 @@ def render_diagnosis(
     sections = [
         Section("The errors", [*error_blocks(tables), *error_reductions(compared, held_out)]),
         Section("The candidates", candidates(tables, leading_candidates(found))),
-        Section("Signatures of the residual", signature_blocks(found.signatures)),
+        signature_section(found.signatures),
         Section("What is left", _rest(found.rest, options.structured)),
         *overlays(compared, held_out),
     ]
     return render("Which effect is missing", found.sentences, sections, provenance(found.model, every, found.drive))
+
+
+def signature_section(signatures: Sequence[Signature]) -> Section:
+    """What the residual shows at once, with pictures."""
+    return Section("Signatures of the residual", signature_blocks(signatures))
 
 
 def error_blocks(tables: DiagnosisTables) -> list[Block]:

@@ -13,6 +13,7 @@ from nicegui import ui
 from lce_app.workbench import command_lines, drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
+from lce_app.workbench.kept_blocks import blocks_of
 from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import CandidateRecord
 from lce_app.workbench.state import WorkbenchState
@@ -51,6 +52,9 @@ def fill(state: WorkbenchState) -> None:
             ui.label(sentence)
     discover.fill(state, found.verdict)
     Figures(lambda: drawings.diagnosis(found)).mark("tables")
+    for section in found.sections:
+        ui.html(f"<h2>{html.escape(section.heading)}</h2>", sanitize=False)
+        Figures(partial(blocks_of, section)).mark(f"section {section.heading}")
     leading = {candidate.effect: candidate for candidate in found.leading}
     tried = [candidate for candidate in found.candidates if candidate.standing != "not tried"]
     for heading, members in (
