@@ -19,6 +19,10 @@ from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
 
+LOOKED_AT: Final = 12
+"""Functions with the strongest evidence that are compared with each other, for each that is refitted."""
+FAIR: Final = 0.5
+"""A function is refitted if it promises this share of the largest gain."""
 ROOM: Final = 5.0
 """A knot of the curve may move by so many of its standard deviations, or of the size of the curve, in the refit."""
 ITERATIONS: Final = 40
@@ -63,14 +67,14 @@ def contenders(examination: Examination, options: DiscoverOptions) -> list[tuple
     """The strongest functions that differ from one another, each with those that look like it."""
     chosen: list[tuple[Examined, list[Candidate]]] = []
     effects: list[Floats] = []
-    least = options.alike * max((e.gain for e in examination.examined), default=0.0)
-    for one in examination.examined[: 12 * options.refitted]:
+    least = FAIR * max((e.gain for e in examination.examined), default=0.0)
+    for one in examination.examined[: LOOKED_AT * options.refitted]:
         effect = one.weights @ examination.projected.without_free(examination.projected.directions(one.candidate))
         effect = effect / max(float(np.linalg.norm(effect)), 1e-300)
         same = [i for i, other in enumerate(effects) if effect @ other >= options.diagnosis.alias_correlation]
         if same and one.gain >= options.alike * chosen[same[0]][0].gain:
             chosen[same[0]][1].append(one.candidate)
-        elif not same and len(chosen) < options.refitted and (one.gain >= 0.5 * least or not chosen):
+        elif not same and len(chosen) < options.refitted and (one.gain >= least or not chosen):
             chosen.append((one, [one.candidate]))
             effects.append(effect)
     return [(one, tuple(alike)) for one, alike in chosen]

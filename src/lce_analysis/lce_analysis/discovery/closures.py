@@ -303,7 +303,7 @@ def examine(stage: StageProblem, options: DiscoverOptions, progress: Progress) -
     error = float(projected.rest @ projected.rest)
     variance = error / projected.rest.size
     for _ in range(2):
-        examined = sorted((_weighed(m, variance) for m in moments), key=lambda e: -e.ln_evidence)
+        examined = sorted((weighed(m, variance) for m in moments), key=lambda e: -e.ln_evidence)
         if examined:
             variance = _variance(projected, examined[0])
     return Examination(stage, projected, tuple(examined), error, variance)
@@ -320,10 +320,10 @@ def _variance(projected: Projected, best: Examined) -> float:
     return max(plain, float(np.sum(scores**2)) / energy) if energy > 0.0 else plain
 
 
-def _weighed(moments: Moments, variance: float) -> Examined:
-    """The most likely curve, and the evidence for it at the most likely prior width."""
+def weighed(moments: Moments, variance: float) -> Examined:
+    """The most likely curve, and the evidence for it at the most likely prior width; ``variance`` is s²."""
     gram, moment = moments.gram / variance, moments.moment / variance
-    factor = _prior_factor()
+    factor = prior_factor()
     size, axes = np.linalg.eigh(factor.T @ gram @ factor)
     size, turned = np.maximum(size, 0.0), axes.T @ (factor.T @ moment)
     widths = closure(moments.candidate.place.name).parameter("w_1").knee * WIDTHS
@@ -343,8 +343,8 @@ def _weighed(moments: Moments, variance: float) -> Examined:
     )
 
 
-def _prior_factor() -> Floats:
-    """(K, K) L with C = L Lᵀ."""
+def prior_factor() -> Floats:
+    """(K, K) L with C = L Lᵀ, the prior covariance of a curve of unit width."""
     return np.asarray(np.linalg.cholesky(_alike(np.arange(KNOTS), np.arange(KNOTS))))
 
 
