@@ -71,8 +71,8 @@ def follow(
 ) -> tuple[float, float, float]:
     """Advance a covariate by a step.
 
-    What the covariate remembers and the value before (both NaN at the beginning), and the value; NaN where the model
-    has no such quantity.
+    What the covariate remembers and the value before (both NaN at the beginning, a step of no time), and the value;
+    NaN where the model has no such quantity.
     """
     value = math.nan
     heating = warming if math.isnan(direction) else direction

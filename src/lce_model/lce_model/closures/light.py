@@ -3,15 +3,12 @@
 
 import math
 
-from numba.extending import register_jitable
-
 from lce_model.closures.covariates import follow
 from lce_model.closures.forms import KNOTS, Floats, value
 from lce_model.closures.place import parameters
 from lce_model.effects import Effect
 
 
-@register_jitable
 def step(
     light: float,
     temperature: float,
@@ -44,52 +41,6 @@ def step(
     return memory, before, light * (1.0 + strength * value(form, z, z0, a, b, lower, upper, w))
 
 
-def start(
-    light: float,
-    temperature: float,
-    warming: float,
-    power: float,
-    order: float,
-    displacement: float,
-    direction: float,
-    elapsed_time: float,
-    strength: float,
-    covariate: float,
-    tau: float,
-    form: float,
-    lower: float,
-    upper: float,
-    z0: float,
-    a: float,
-    b: float,
-    w: Floats,
-) -> tuple[float, float, float]:
-    """A step of no time, before which nothing was."""
-    return step(
-        light,
-        temperature,
-        warming,
-        power,
-        order,
-        displacement,
-        direction,
-        0.0,
-        elapsed_time,
-        math.nan,
-        math.nan,
-        strength,
-        covariate,
-        tau,
-        form,
-        lower,
-        upper,
-        z0,
-        a,
-        b,
-        w,
-    )
-
-
 EFFECT = Effect(
     name="closure_light",
     title="unknown function in the light",
@@ -100,7 +51,7 @@ EFFECT = Effect(
     states=("memory", "before"),
     outputs=("light",),
     vectors=(("w", KNOTS),),
-    start=start,
+    start=step,
     step=step,
     strength="strength",
     typical=1.0,

@@ -1,17 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """An unknown function f(z) of one covariate is added to the displacement of the strip."""
 
-import math
-
-from numba.extending import register_jitable
-
 from lce_model.closures.covariates import follow
 from lce_model.closures.forms import KNOTS, Floats, value
 from lce_model.closures.place import parameters
 from lce_model.effects import Effect
 
 
-@register_jitable
 def step(
     temperature: float,
     warming: float,
@@ -41,50 +36,6 @@ def step(
     return memory, before, displacement + strength * value(form, z, z0, a, b, lower, upper, w)
 
 
-def start(
-    temperature: float,
-    warming: float,
-    power: float,
-    order: float,
-    displacement: float,
-    direction: float,
-    elapsed_time: float,
-    strength: float,
-    covariate: float,
-    tau: float,
-    form: float,
-    lower: float,
-    upper: float,
-    z0: float,
-    a: float,
-    b: float,
-    w: Floats,
-) -> tuple[float, float, float]:
-    """A step of no time, before which nothing was."""
-    return step(
-        temperature,
-        warming,
-        power,
-        order,
-        displacement,
-        direction,
-        0.0,
-        elapsed_time,
-        math.nan,
-        math.nan,
-        strength,
-        covariate,
-        tau,
-        form,
-        lower,
-        upper,
-        z0,
-        a,
-        b,
-        w,
-    )
-
-
 EFFECT = Effect(
     name="closure_strain",
     title="unknown function in the strain",
@@ -95,7 +46,7 @@ EFFECT = Effect(
     states=("memory", "before"),
     outputs=("displacement",),
     vectors=(("w", KNOTS),),
-    start=start,
+    start=step,
     step=step,
     strength="strength",
     typical=1.0,

@@ -1,17 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """An unknown function f(z) of one covariate is added to what the camera shows."""
 
-import math
-
-from numba.extending import register_jitable
-
 from lce_model.closures.covariates import follow
 from lce_model.closures.forms import KNOTS, Floats, value
 from lce_model.closures.place import parameters
 from lce_model.effects import Effect
 
 
-@register_jitable
 def step(
     measured_temperature: float,
     temperature: float,
@@ -42,52 +37,6 @@ def step(
     return memory, before, measured_temperature + strength * value(form, z, z0, a, b, lower, upper, w)
 
 
-def start(
-    measured_temperature: float,
-    temperature: float,
-    warming: float,
-    power: float,
-    order: float,
-    displacement: float,
-    direction: float,
-    elapsed_time: float,
-    strength: float,
-    covariate: float,
-    tau: float,
-    form: float,
-    lower: float,
-    upper: float,
-    z0: float,
-    a: float,
-    b: float,
-    w: Floats,
-) -> tuple[float, float, float]:
-    """A step of no time, before which nothing was."""
-    return step(
-        measured_temperature,
-        temperature,
-        warming,
-        power,
-        order,
-        displacement,
-        direction,
-        0.0,
-        elapsed_time,
-        math.nan,
-        math.nan,
-        strength,
-        covariate,
-        tau,
-        form,
-        lower,
-        upper,
-        z0,
-        a,
-        b,
-        w,
-    )
-
-
 EFFECT = Effect(
     name="closure_temperature_sensor",
     title="unknown function in the camera",
@@ -98,7 +47,7 @@ EFFECT = Effect(
     states=("memory", "before"),
     outputs=("measured_temperature",),
     vectors=(("w", KNOTS),),
-    start=start,
+    start=step,
     step=step,
     strength="strength",
     typical=1.0,
