@@ -9,9 +9,11 @@ w ~ N(0, V), V = σ_w² C, the evidence for the function against none is
     ln E = ½ bᵀ(A + V⁻¹)⁻¹ b - ½ ln det(I + A V),
 
 maximised over σ_w. C is that of a smooth curve. s² is the variance of what the best function leaves, and counts that
-neighbouring samples are alike: it comes from sums over blocks of time, as the errors of strengths do.
+neighbouring samples are alike: it comes from sums over blocks of time, as the errors of strengths do. A covariate that
+is tried with n time constants of a lag loses ln n.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -303,7 +305,8 @@ def examine(stage: StageProblem, options: DiscoverOptions, progress: Progress) -
     error = float(projected.rest @ projected.rest)
     variance = error / projected.rest.size
     for _ in range(2):
-        examined = sorted((weighed(m, variance) for m in moments), key=lambda e: -e.ln_evidence)
+        weighed_all = (weighed(m, variance, 1 if m.candidate.tau_s is None else len(options.lags_s)) for m in moments)
+        examined = sorted(weighed_all, key=lambda e: -e.ln_evidence)
         if examined:
             variance = _variance(projected, examined[0])
     return Examination(stage, projected, tuple(examined), error, variance)
@@ -320,8 +323,11 @@ def _variance(projected: Projected, best: Examined) -> float:
     return max(plain, float(np.sum(scores**2)) / energy) if energy > 0.0 else plain
 
 
-def weighed(moments: Moments, variance: float) -> Examined:
-    """The most likely curve, and the evidence for it at the most likely prior width; ``variance`` is s²."""
+def weighed(moments: Moments, variance: float, tried: int = 1) -> Examined:
+    """The most likely curve, and the evidence for it at the most likely prior width.
+
+    variance : s². tried : in how many ways its covariate is tried, each as likely as the others.
+    """
     gram, moment = moments.gram / variance, moments.moment / variance
     factor = prior_factor()
     size, axes = np.linalg.eigh(factor.T @ gram @ factor)
@@ -339,7 +345,7 @@ def weighed(moments: Moments, variance: float) -> Examined:
         covariance=covariance,
         gain=_gain(weights, moments.gram, moments.moment),
         gain_left_out=_gain_left_out(moments, variance, factor * widths[best]),
-        ln_evidence=float(ln_evidence[best]),
+        ln_evidence=float(ln_evidence[best]) - math.log(tried),
     )
 
 

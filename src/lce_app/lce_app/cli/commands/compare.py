@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,8 +45,10 @@ def main(args: argparse.Namespace) -> int:
     from lce_analysis.options import CompareOptions
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.compare import compare
+    from lce_data.progress import silent
 
-    with FitBar() as bar:
+    # Without the simulations nothing takes long.
+    with FitBar() if args.predictive_check else nullcontext(silent) as bar:
         found = compare(
             args.runs,
             args.model,
