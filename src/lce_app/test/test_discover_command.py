@@ -71,6 +71,15 @@ def test_a_model_that_is_not_there_is_refused(runs: list[str], capsys: pytest.Ca
     assert "nowhere.yaml: cannot be read" in capsys.readouterr().err
 
 
+def test_an_effect_file_that_no_command_would_take_is_refused(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "m.yaml"
+    save_model(default_model("lumped", "none"), model)
+    assert lce(["discover", runs[0], "--model", str(model), "--out", "found.txt"]) == 1
+    assert "found.txt: an effect file must end in .py" in capsys.readouterr().err
+
+
 def test_the_file_to_write_has_to_be_named(runs: list[str]) -> None:
     with pytest.raises(SystemExit) as refused:
         lce(["discover", runs[0], "--model", "m.yaml"])

@@ -13,6 +13,7 @@ from lce_analysis.discovery import Discovery
 from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import DiscoverOptions
 from lce_app.use_cases.loading import load_runs
+from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_model import load_model
@@ -81,7 +82,7 @@ def discover(
     Raises
     ------
     LceError
-        If a run or the model cannot be used.
+        If a run, the model, or the name of the effect file cannot be used.
 
     Examples
     --------
@@ -89,6 +90,8 @@ def discover(
     >>> found = discover([Path("runs/pulse")], Path("model.yaml"), Path("found.py"))  # doctest: +SKIP
     >>> print(found.discovery.verdict, found.effects)  # doctest: +SKIP
     """
+    if out.suffix != ".py":
+        raise LceError(f"{out}: an effect file must end in .py")
     progress = watched(progress, cancel)
     model, runs, test_runs = load_model(model_file), load_runs(run_files), load_runs(test_files)
     model, _ = bounded(model, (), options.bounds)
