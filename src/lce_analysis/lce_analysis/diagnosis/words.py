@@ -11,6 +11,7 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.stage_problem import Part
 from lce_analysis.diagnosis.structure import TOLD
+from lce_analysis.signatures.signature import DISCOVER
 from lce_data.channels import Channel
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def _on(held_out: HeldOut) -> str:
 def _verdict(found: Diagnosis) -> Iterator[str]:
     if found.verdict == "unexplained":
         yield f"Something is missing that the library does not hold: {found.fingerprint}."
-        advice = dict.fromkeys(one.advice for one in found.signatures[:TOLD])
+        advice = dict.fromkeys([*(one.advice for one in found.signatures[:TOLD]), DISCOVER])
         yield from (f"To try: {one}." for one in advice)
     if found.verdict == "adequate":
         nothing = "No effect is missing" if found.variations else "Nothing is missing"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lce_analysis.covariates import COVARIATES, hats, quantile_knots
 from lce_analysis.signatures.options import SignatureOptions
 from lce_analysis.signatures.series import ResidualSeries, misfit
-from lce_analysis.signatures.signature import Picture, Signature
+from lce_analysis.signatures.signature import DISCOVER, Picture, Signature
 
 Floats = NDArray[np.float64]
 Member = tuple[Floats, Floats]
@@ -160,7 +160,7 @@ def _told(
         share=share,
         words=f"the residual of the {channel.name} follows the {_words(best)}{also}: {share:.0%} of it in runs left "
         "out",
-        advice="`lce discover` looks for the place and the form of what is missing",
+        advice=DISCOVER,
         picture=Picture(
             f"Residual over the {_words(best)}",
             COVARIATES[best.covariate].words,

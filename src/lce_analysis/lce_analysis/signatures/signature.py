@@ -25,6 +25,8 @@ Name = Literal[
 Shown = Literal["residual", "readings", "spectrum", "noise", "displacement"]
 """What the y of a picture is: a residual, readings beside the model, power over background, noise, a displacement."""
 
+DISCOVER: Final = "`lce discover` looks for the place and the form of what is missing"
+"""What to try where the library does not help."""
 OF_SENSOR: Final = frozenset[Name]({"clipped", "rounded", "outliers"})
 """Signatures of a sensor: they say nothing about the strip."""
 DISTURBANCES: Final = frozenset[Name]({"period"})
