@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search takes back what it has accepted, in any order."""
+
+from functools import partial
+
+import numpy as np
+
+from lce_analysis import DiagnoseOptions
+from lce_analysis.diagnosis.accepted import VariationStep
+from lce_analysis.diagnosis.search import Search, _without_variation
+from lce_analysis.diagnosis.variation import variation_trials
+from lce_data.progress import silent
+from lce_data.run import Run, Series
+from lce_model import default_model
+
+HEATER = default_model("lumped", "none")
+
+
+def heater(name: str, gain: float, ambient_k: float, seed: int) -> Run:
+    """A run of 60 s of dT/dt = (K P - (T - T_env))/τ with τ = 12 s, solved exactly for a power held over 0.1 s."""
+    time = np.arange(0.0, 60.0, 0.1)
+    power = np.where(time % 30.0 > 5.0, 1.2, 0.2)
+    kelvin = [ambient_k]
+    for watt in power[:-1]:
+        steady = ambient_k + gain * watt
+        kelvin.append(steady + (kelvin[-1] - steady) * float(np.exp(-0.1 / 12.0)))
+    noise = 0.05 * np.random.default_rng(seed).standard_normal(time.size)
+    return Run.of(name, Series(time, power), Series(time, np.array(kelvin) + noise), sha256=name)
+
+
+def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None:
+    runs = [heater(f"day-{i}", 40.0 + 3.0 * i, 296.0 + 1.5 * (i % 2), i) for i in range(4)]
+    options = DiagnoseOptions()
+    search = Search(HEATER, runs, (), (), options, silent)
+    for _ in range(2):
+        stage = search.present.heat[0]
+        trials = [t for t in variation_trials(stage, search.left_out, options, silent) if t.held_out is not None]
+        search._accept(search._variation_step(trials[0]))
+    steps = [a for a in search.accepted if isinstance(a, VariationStep)]
+    assert len({step.key for step in steps}) == 2
+    for step in steps:
+        change = partial(_without_variation, key=step.key)
+        search._take_out(step, search._refitted(change(search.present.model)), change)
+    assert search.accepted == [] and not search.present.model.varies
