@@ -174,7 +174,7 @@ def unlike_noise(fit: LinearizedFit, options: DiagnoseOptions) -> list[str]:
 def in_words(signatures: Sequence[Signature], strong: Sequence[Dependence], unlike: Sequence[str]) -> str:
     """What is left, as a sentence; empty if it is noise.
 
-    Signatures come first, dependences above the threshold only where there is none, then what is unlike noise.
+    Signatures come first. Dependences above the threshold follow if there is no signature, then what is unlike noise.
     """
     told = [one.words for one in signatures[:TOLD]]
     words = ["no effect of the library explains what is left", *told]

@@ -13,7 +13,6 @@ from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Strengths, strengths
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out
 from lce_analysis.discovery.closures import Candidate, Examination, Examined
-from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiscoverOptions
 from lce_data.progress import Progress
 
@@ -114,16 +113,11 @@ def judged(closure: Closure, left_out: DataLeftOut, options: DiscoverOptions) ->
 
 def one_strength(closure: Closure) -> Strengths:
     """The strength of the curve as it is, a free parameter instead of its knots."""
-    problem = with_strength(closure)
-    return strengths(linearised(problem), problem.free.index(problem.model.index(closure.candidate.strength)))
-
-
-def with_strength(closure: Closure) -> Problem:
-    """The refitted problem, in which the curve keeps its form."""
-    problem = closure.fit.problem
-    fixed = {problem.model.index(key) for key in closure.candidate.weights}
-    free = {i for i in problem.free if i not in fixed} | {problem.model.index(closure.candidate.strength)}
-    return replace(problem, free=tuple(sorted(free)))
+    problem, candidate = closure.fit.problem, closure.candidate
+    held = {problem.model.index(key) for key in candidate.weights}
+    strength = problem.model.index(candidate.strength)
+    problem = replace(problem, free=tuple(sorted({*problem.free, strength} - held)))
+    return strengths(linearised(problem), problem.free.index(strength))
 
 
 def curve_held(closure: Closure) -> LinearizedFit:

@@ -115,23 +115,13 @@ class Candidate:
 class Moments:
     """Inner products of the directions (K, N) of a candidate and the residual, in units of the noise.
 
-    before : (K, K) GᵀG. by_run : (runs, K, K) GᵀMG of each run; moment_by_run : (runs, K) GᵀMr.
+    before : (K, K) GᵀG. gram : (K, K) GᵀMG. moment : (K,) GᵀMr.
     """
 
     candidate: Candidate
     before: Floats
-    by_run: Floats
-    moment_by_run: Floats
-
-    @cached_property
-    def gram(self) -> Floats:
-        """(K, K) GᵀMG."""
-        return np.asarray(self.by_run.sum(axis=0))
-
-    @cached_property
-    def moment(self) -> Floats:
-        """(K,) GᵀMr."""
-        return np.asarray(self.moment_by_run.sum(axis=0))
+    gram: Floats
+    moment: Floats
 
     @cached_property
     def visited(self) -> NDArray[np.intp]:
@@ -168,7 +158,6 @@ class Examined:
 
     weights : (K,) the most likely curve, in the unit of its place; covariance : (K, K) of it.
     gain : of the squared error, in units of the noise, that it promises.
-    gain_left_out : the same on each run, of the curve that the others give.
     ln_evidence : against no function.
     """
 
@@ -176,7 +165,6 @@ class Examined:
     weights: Floats
     covariance: Floats
     gain: float
-    gain_left_out: float
     ln_evidence: float
 
     @property
@@ -209,7 +197,7 @@ class Examination:
 def candidates(problem: Problem, places: Sequence[str], options: DiscoverOptions) -> Iterator[Candidate]:
     """Every place with every covariate that changes in these runs."""
     runs = [_covariates(problem, i, options) for i in range(len(problem.inputs))]
-    ambient = problem.model[AMBIENT_KEY] if AMBIENT_KEY in problem.model else 0.0  # noqa: SIM401, a model has no get
+    ambient = {v.key: v.value for v in problem.model.values}.get(AMBIENT_KEY, 0.0)
     for name, tau_s in (key for key in runs[0] if all(key in run for run in runs)):
         values = np.concatenate([run[name, tau_s] for run in runs])
         tails = 0.0 if name in FEW_VALUES else TAILS
@@ -243,14 +231,13 @@ class Projected:
     """A fitted model's residual, and the space of its free parameters, which is projected out of every function.
 
     basis : (N, rank) orthonormal, of the free parameters; rest : (N,) measured minus model, projected.
-    here : (N,) weighted outputs of the model; run, block : (N,) the run of each residual, and its block of time.
+    here : (N,) weighted outputs of the model; block : (N,) the block of time of each residual.
     """
 
     problem: Problem
     basis: Floats
     rest: Floats
     here: Floats
-    run: NDArray[np.intp]
     block: NDArray[np.intp]
 
     @classmethod
@@ -260,15 +247,14 @@ class Projected:
             fit.jacobian / np.maximum(np.linalg.norm(fit.jacobian, axis=0), 1e-300), full_matrices=False
         )
         basis = left[:, size**2 > RANK * float(size[0]) ** 2] if size.size else left
-        run, block = np.empty(fit.residual.size, np.intp), np.empty(fit.residual.size, np.intp)
+        block = np.empty(fit.residual.size, np.intp)
         blocks = 0
         for (begin, end), series in zip(spans(fit.problem.observed), fit.problem.observed, strict=True):
             time = series.sampling(fit.problem.inputs[series.run].time_s)[begin - end :]
-            run[begin:end] = series.run
             block[begin:end] = blocks + ((time - time[0]) // BLOCK_S).astype(np.intp)
             blocks = int(block[end - 1]) + 1
         here = fit.problem.response(fit.problem.model.vector[None])[0]
-        return cls(fit.problem, basis, basis @ (basis.T @ fit.residual) - fit.residual, here, run, block)
+        return cls(fit.problem, basis, basis @ (basis.T @ fit.residual) - fit.residual, here, block)
 
     def without_free(self, rows: Floats) -> Floats:
         """Rows (m, N) with the free parameters projected out."""
@@ -287,9 +273,7 @@ class Projected:
         """Inner products, before and after the free parameters are projected out."""
         raw = self.directions(candidate)
         left = self.without_free(raw)
-        parts = [np.flatnonzero(self.run == i) for i in range(len(self.problem.inputs))]
-        gram = np.array([left[:, own] @ left[:, own].T for own in parts])
-        return Moments(candidate, raw @ raw.T, gram, np.array([left[:, own] @ self.rest[own] for own in parts]))
+        return Moments(candidate, raw @ raw.T, left @ left.T, left @ self.rest)
 
 
 def examine(stage: StageProblem, options: DiscoverOptions, progress: Progress) -> Examination:
@@ -343,8 +327,7 @@ def weighed(moments: Moments, variance: float, tried: int = 1) -> Examined:
         moments=moments,
         weights=weights,
         covariance=covariance,
-        gain=_gain(weights, moments.gram, moments.moment),
-        gain_left_out=_gain_left_out(moments, variance, factor * widths[best]),
+        gain=float(2.0 * weights @ moments.moment - weights @ moments.gram @ weights),
         ln_evidence=float(ln_evidence[best]) - math.log(tried),
     )
 
@@ -358,17 +341,3 @@ def _alike(first: NDArray[np.intp], second: NDArray[np.intp]) -> Floats:
     """C between knots (m,) and (n,): neighbouring knots of a smooth curve are alike."""
     apart = (first[:, None] - second) / (KNOTS - 1)
     return np.asarray(np.exp(-0.5 * (apart / SMOOTH) ** 2) + 1e-4 * (apart == 0.0))
-
-
-def _gain(weights: Floats, gram: Floats, moment: Floats) -> float:
-    return float(2.0 * weights @ moment - weights @ gram @ weights)
-
-
-def _gain_left_out(moments: Moments, variance: float, factor: Floats) -> float:
-    """What the curve that all other runs give promises on each run."""
-    total = 0.0
-    for own_gram, own_moment in zip(moments.by_run, moments.moment_by_run, strict=True):
-        inner = factor.T @ (moments.gram - own_gram) @ factor / variance + np.eye(KNOTS)
-        weights = factor @ np.linalg.solve(inner, factor.T @ (moments.moment - own_moment)) / variance
-        total += _gain(weights, own_gram, own_moment)
-    return total

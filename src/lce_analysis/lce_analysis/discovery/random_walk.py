@@ -14,7 +14,6 @@ from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from lce_analysis.covariates import COVARIATES, covariates_on_grid, hats, quantile_knots
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
@@ -28,6 +27,7 @@ from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.progress import Progress, silent
 from lce_model import Model
+from lce_model.lag import lagged
 
 Floats = NDArray[np.float64]
 Kind = Literal["disturbance", "follows", "unclear"]
@@ -256,15 +256,9 @@ def _covariates(model: Model, fit: LinearizedFit, walk: Smoothed) -> list[dict[s
             remembered["lit"] = (sampled["power"] > 0.0).astype(np.float64)
         for name, values in remembered.items():
             for lag_s in LAGS_S:
-                sampled[f"{name}, {lag_s:g} s before"] = _lagged(values, run.middles_s, lag_s)
+                sampled[f"{name}, {lag_s:g} s before"] = lagged(run.middles_s, values, lag_s, True)
         found.append(sampled)
     return found
-
-
-def _lagged(values: Floats, time_s: Floats, lag_s: float) -> Floats:
-    """First-order lag of values (k,) at even times, from rest."""
-    keep = math.exp(-float(time_s[1] - time_s[0]) / lag_s) if time_s.size > 1 else 0.0
-    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], values, zi=[keep * values[0]])[0])
 
 
 def _single(covariates: Sequence[Mapping[str, Floats]], options: WalkOptions) -> dict[str, list[Floats]]:

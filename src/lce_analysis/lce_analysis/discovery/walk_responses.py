@@ -55,7 +55,7 @@ WALKING: Final[Mapping[Channel, tuple[WalkingParameter, ...]]] = {
     TEMPERATURE: (LIGHT, LOSS, AMBIENT, CAMERA_ZERO),
     DISPLACEMENT: (DISTANCE_ZERO,),
 }
-"""The parameters whose walk a sensor would show. Light and loss are factors, of which the change is told."""
+"""The parameters whose walk a sensor would show. Light and loss are factors; their relative change is reported."""
 
 
 @register_jitable

@@ -26,7 +26,7 @@ def in_words(found: Discovery) -> Iterator[str]:
     """What was found, what it may be confused with, what the residual shows, and what to do next."""
     for one in found.found:
         yield from _of_function(one)
-    # What follows a covariate is told by the function that was found.
+    # A function that was found says already which covariate the residual follows.
     seen = [one for one in found.signatures if one.outside or not found.found]
     yield from (_sentence(signature.words) for signature in seen)
     if not found.found:
