@@ -54,7 +54,7 @@ def test_the_report_counts_failures_and_shows_the_bars() -> None:
         "before": {"temperature": 1.0}, "after": {"temperature": 1.0}, "seconds": 3.0,
     }  # fmt: skip
     failed = {"case": "relays/creep/clear/0", "family": "relays", "hidden": ["creep"], "failed": "ValueError: no"}
-    text = report([nothing, failed], "abc")
+    text = report([nothing, failed], "abc", "--seeds 1")
     assert "| discovery on nothing | \u2264 5% | 0 of 1 | 0% |" in text
     assert "| place in the set | \u2265 85% | **0 of 1** | **0%** |" in text
     assert "| relays/creep/clear/0 | | failed | ValueError: no |" in text

@@ -26,7 +26,7 @@ from discovery_report import report
 from effects import OUTSIDE
 from families import FAMILIES
 from judge import over_noise, unabsorbed
-from suite import judge_all, options, read, version
+from suite import arguments, judge_all, options, read, version
 
 from lce_analysis.discovery import discover
 from lce_analysis.identification import fit
@@ -137,7 +137,7 @@ def main() -> int:
     chosen = [c for c in cases(args.seeds, families, args.campaign) if args.only in c.name]
     status = judge_all(chosen, done, args, "discovery")
     names = {c.name for c in chosen}
-    text = report([r for r in done if r["case"] in names], now)
+    text = report([r for r in done if r["case"] in names], now, arguments(args))
     print(text)
     if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")

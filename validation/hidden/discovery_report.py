@@ -119,12 +119,12 @@ def cases_table(results: Sequence[Result]) -> list[str]:
     return lines
 
 
-def report(results: Sequence[Result], version: str) -> str:
-    """The whole document."""
+def report(results: Sequence[Result], version: str, arguments: str) -> str:
+    """The whole document; ``arguments`` say which cases were judged."""
     lines = [
         "# What no library holds",
         "",
-        HEAD.format(version=version),
+        HEAD.format(version=version, arguments=arguments),
         "",
         "## All families",
         "",
@@ -148,7 +148,7 @@ def _times(results: Sequence[Result]) -> list[str]:
     return [f"{words} `discover` took {np.median(seconds):.0f} s (median), {max(seconds):.0f} s (most)."]
 
 
-HEAD = """Written by `make discovery`, version {version}.
+HEAD = """Written by `make discovery DISCOVERY="{arguments}"`, version {version}.
 Strips of `validation/hidden`, which share no code with the product, hide an effect. The product fits a base model to
 six runs, and `lce discover` looks for a function that is missing. It knows nothing of the library of effects.
 

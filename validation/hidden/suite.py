@@ -143,7 +143,7 @@ def options(
     return parser.parse_args()
 
 
-def _arguments(args: argparse.Namespace) -> str:
+def arguments(args: argparse.Namespace) -> str:
     """What decided which cases were judged, as the command line says it."""
     words = [f"--seeds {args.seeds}", f"--minutes {args.minutes:g}"]
     words += [f"--families {' '.join(args.families)}"] if args.families else []
@@ -181,7 +181,7 @@ def main() -> int:
     chosen = [c for c in cases(args.seeds, args.families, args.campaign) if args.only in c.name]
     status = judge_all(chosen, done, args)
     names = {c.name for c in chosen}
-    text = report([r for r in done if r["case"] in names], now, _arguments(args), read_results(args.peer))
+    text = report([r for r in done if r["case"] in names], now, arguments(args), read_results(args.peer))
     print(text)
     if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")
