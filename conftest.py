@@ -16,6 +16,13 @@ TIERS = ("ros", "system", "slow")
 """What plain `pytest` leaves out. A test without one of these marks is pure."""
 
 
+@pytest.fixture(autouse=True)
+def nothing_trusted(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A configuration of its own, in which no effect file is trusted: the user's is neither read nor written."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("config")))
+    monkeypatch.setenv("LCE_TRUSTED_EFFECTS", "")
+
+
 @pytest.fixture
 def graph() -> "Iterator[Graph]":
     """A ROS graph in a domain of its own."""

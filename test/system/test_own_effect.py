@@ -12,7 +12,7 @@ from run_command import lce
 from lce_analysis.diagnosis.ranking import reason
 from lce_app.cli import main as cli
 from lce_data.errors import LceError
-from lce_model import default_model, load_model, save_model
+from lce_model import default_model, load_model, save_model, trust
 from lce_model.effects import find
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "tutorial-own-effect.md").read_text(encoding="utf-8")
@@ -26,7 +26,7 @@ def blocks(kind: str) -> list[str]:
 
 EFFECT, WITH_TIME = blocks("python")
 (STRIP,) = blocks("yaml")
-TRY_OUT, USE, RUN = blocks("")
+TRY_OUT, USE, TRUST, RUN = blocks("")
 
 
 @pytest.fixture
@@ -54,10 +54,13 @@ def test_an_effect_takes_fewer_than_25_lines() -> None:
     assert len(EFFECT.splitlines()) < 25
 
 
-@pytest.mark.timeout(300)  # seven commands, each a process
+@pytest.mark.timeout(300)  # eight commands, each a process
 def test_the_page_from_the_strip_that_has_the_effect_to_the_model_that_knows_it(folder: Path) -> None:
     (said,) = shell(TRY_OUT, folder)
+    refused = lce("simulate", "--model", "strip.yaml", "--input", "pulse", "--out", "run.csv", cwd=folder)
+    assert refused.returncode == 1 and "glare.py is a program that was not run" in refused.stderr
     assert "T_meas = T + b P" in said and "Tried out" in said
+    shell(TRUST, folder)
     shell(RUN, folder)
     diagnosed, added, fitted = shell(USE, folder)
     assert diagnosed.startswith("glare is missing")
@@ -65,6 +68,7 @@ def test_the_page_from_the_strip_that_has_the_effect_to_the_model_that_knows_it(
     assert "glare.b" in fitted
     for name in ("m2.yaml", "m3.yaml"):
         assert yaml.safe_load((folder / name).read_text())["effects"] == ["glare.py"]
+        trust.trust(folder / "glare.py")
         assert load_model(folder / name)["glare.b"] == pytest.approx(0.4, abs=0.02)
 
 
@@ -77,10 +81,11 @@ def test_the_page_shows_a_step_that_reads_the_time(folder: Path, capsys: pytest.
 
 def test_a_model_file_finds_its_effect_wherever_it_is_read_from(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir("/")
+    trust.trust(folder / "glare.py")
     model = load_model(folder / "strip.yaml")
     (folder / "elsewhere").mkdir()
     save_model(model, folder / "elsewhere" / "copy.yaml")
-    assert yaml.safe_load((folder / "elsewhere" / "copy.yaml").read_text())["effects"] == ["../glare.py"]
+    assert yaml.safe_load((folder / "elsewhere" / "copy.yaml").read_text())["effects"] == [str(folder / "glare.py")]
     assert load_model(folder / "elsewhere" / "copy.yaml") == model
     assert model.without(str(folder / "glare.py")).values == default_model().values
 

@@ -15,14 +15,16 @@ from lce_app.workbench import figures, tasks
 from lce_app.workbench.jobs import warm_up
 from lce_app.workbench.kept_blocks import KeptSection, as_plain, blocks_of, from_plain, kept
 from lce_app.workbench.page import Page
-from lce_app.workbench.records import read_discovery
+from lce_app.workbench.records import read_diagnosis, read_discovery
 from lce_app.workbench.server import load, tend
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.tabs import discover
 from lce_app.workbench.tabs.export import commands
 from lce_data.errors import LceError
 from lce_data.progress import silent
 from lce_data.units import KELVIN
-from lce_model import default_model, simulate
+from lce_model import default_model, simulate, trust
+from lce_model.trust import UntrustedEffect
 from lce_report import (
     Axis,
     Bars,
@@ -155,7 +157,7 @@ def test_the_button_runs_a_job_whose_files_are_trusted(folder: Path) -> None:
         (found,) = read_discovery(state.session.discovery_file(1)).found
         assert (found.effect, found.sha256) == (before.found[0].effect, before.found[0].sha256)
         assert found.file == "found-1-2.py"  # a model may name the first one
-        assert state.session.place / found.file in state.trusted
+        assert trust.is_trusted(found.sha256)
         await user.should_see(marker=f"slider {found.effect}.c")
         user.find(marker=f"slider {found.effect}.c").trigger("move", 100)
         await user.should_see(marker=f"add {found.effect}")
@@ -182,19 +184,40 @@ def test_opening_the_page_runs_no_file(folder: Path) -> None:
 
     async def story(user: User, state: WorkbenchState) -> None:
         await user.should_see(marker="trust")
-        with pytest.raises(LceError, match=r"found-1\.py: not run, because it was not written in this session"):
-            state.trusted.effect(file)
+        with pytest.raises(UntrustedEffect, match=r"found-1\.py: not run, because you have not trusted it"):
+            discover.add(state, read_discovery(state.session.discovery_file(1)).found[0])
+
+    tell(folder, story)
+    assert not (folder / "was_run").exists()
+
+
+def test_opening_the_page_runs_no_file_that_a_model_or_a_record_names(folder: Path) -> None:
+    (folder / "evil.py").write_text(f"open({str(folder / 'was_run')!r}, 'w').close()\n")
+    model = folder / "workbench" / "model-1.yaml"
+    model.write_text(model.read_text().replace("effects: []", f"effects: [{folder / 'evil.py'}]"))
+    candidate = {"effect": str(folder / "evil.py"), "meaning": "", "standing": "not tried", "reason": "", "shown": True}
+    candidate |= {"evidence": 0.0, "p_value": 0.0, "visibility": 0.0, "aliases": [], "settings": {}}
+    diagnosis = folder / "workbench" / "diagnosis-1.json"
+    diagnosis.write_text(json.dumps({**DIAGNOSIS, "candidates": [candidate]}))
+    with pytest.raises(LceError, match=r"evil\.py' is no effect of the library"):
+        read_diagnosis(diagnosis)
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        await user.should_see("is no effect of the library")
+        user.find("Add").click()
+        await user.should_see("evil.py is a program that was not run")
 
     tell(folder, story)
     assert not (folder / "was_run").exists()
 
 
 def test_a_trusted_file_that_changes_is_trusted_no_longer(folder: Path) -> None:
-    state, file = opened(folder), folder / "workbench" / "found-1.py"
-    state.trusted.trust(file)
-    assert state.trusted.effect(file).name == effect_of(folder)
+    file = folder / "workbench" / "found-1.py"
+    trust.trust(file)
+    assert discover._effect(file).name == effect_of(folder)
     file.write_text(f"{file.read_text()}\n")
-    assert file not in state.trusted
+    with pytest.raises(UntrustedEffect):
+        discover._effect(file)
 
 
 def test_what_was_found_is_added_as_the_command_does(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,7 +225,7 @@ def test_what_was_found_is_added_as_the_command_does(folder: Path, monkeypatch: 
     monkeypatch.setattr(WorkbenchState, "start_model", lambda self, *words, **more: asked.update(more, words=words))
 
     async def story(user: User, state: WorkbenchState) -> None:
-        state.trusted.trust(folder / "workbench" / "found-1.py")
+        trust.trust(folder / "workbench" / "found-1.py")
         state.version += 1
         await user.should_see(marker=f"add {effect}")
         user.find(marker=f"add {effect}").click()

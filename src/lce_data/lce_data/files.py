@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text files: written whole or not at all, and read as rows of cells."""
+"""Files: written whole or not at all, and read only if they are files and not pipes or devices."""
 
 import csv
 import os
+import stat
 import tempfile
 from collections.abc import Iterable
 from contextlib import suppress
@@ -11,8 +12,36 @@ from pathlib import Path
 from lce_data.errors import LceError
 
 
+def check_regular(path: Path) -> None:
+    """Raise LceError unless a path leads to a regular file: a pipe, a socket or a device may never come to its end."""
+    try:
+        mode = path.stat().st_mode
+    except OSError as error:
+        raise LceError(f"{path}: {error.strerror}") from None
+    except ValueError:  # a null character, which a YAML file may hold
+        raise LceError(f"{str(path)!r}: not the name of a file") from None
+    if stat.S_ISDIR(mode):
+        raise LceError(f"{path}: a folder, not a file")
+    if not stat.S_ISREG(mode):
+        raise LceError(f"{path}: a pipe, a socket or a device, not a file")
+
+
+def read_at_most(path: Path, most_bytes: int) -> bytes:
+    """Read a regular file. Raises LceError if it cannot be read, or is longer than ``most_bytes``."""
+    check_regular(path)
+    try:
+        with path.open("rb") as file:
+            content = file.read(most_bytes + 1)
+    except OSError as error:
+        raise LceError(f"{path}: {error.strerror}") from None
+    if len(content) > most_bytes:
+        raise LceError(f"{path}: longer than {most_bytes / 1e6:g} MB, too long for such a file")
+    return content
+
+
 def read_csv_rows(path: Path) -> list[list[str]]:
     """Read the cells of a CSV file, row by row. Raises LceError if it cannot be read or is not such a text."""
+    check_regular(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             return list(csv.reader(file))

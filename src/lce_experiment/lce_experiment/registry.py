@@ -41,8 +41,8 @@ class NodeSpec:
 
     @property
     def command(self) -> list[str]:
-        """Command line that runs the node as a process of its own."""
-        return [sys.executable, "-m", self.module]
+        """Command line that runs the node as a process of its own, which imports nothing from the current folder."""
+        return [sys.executable, "-P", "-m", self.module]
 
 
 PLAYER: Final = NodeSpec("experiment_player", "lce_experiment.nodes.experiment_player_node", "ExperimentPlayer")

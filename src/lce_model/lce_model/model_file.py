@@ -15,7 +15,9 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.schema import checked, read_yaml
+from lce_model.effects import find_trusted
 from lce_model.model import Model, Value, default_model
+from lce_model.trust import UntrustedEffect
 from lce_model.variation import RunValue, Variation
 
 FORMAT: Final = "lce-model-1"
@@ -76,7 +78,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
 
     Parameters
     ----------
-    path : the YAML file. It finds effect files of the user's own relative to its folder.
+    path : the YAML file. It finds effect files of the user's own in its folder or below it, or by their whole paths.
+        They run only if their content is trusted (:mod:`lce_model.trust`), or if this process ran them before.
 
     Returns
     -------
@@ -88,6 +91,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
     LceError
         If the file cannot be read, or has an unknown key, a unit that does not fit or a value outside its bounds;
         names the file, the key and the value.
+    UntrustedEffect
+        If an effect file is not trusted; it was not run.
 
     Examples
     --------
@@ -102,7 +107,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
     try:
         return _model(file, path.parent)
     except LceError as error:
-        raise LceError(f"{path}: {error}") from None
+        kind = UntrustedEffect if isinstance(error, UntrustedEffect) else LceError
+        raise kind(f"{path}: {error}") from None
 
 
 def save_model(model: Model, path: str | os.PathLike[str]) -> None:
@@ -110,7 +116,8 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> None:
 
     Parameters
     ----------
-    model : it reads back as it is. Effect files of the user's own are listed by their path from the model file.
+    model : it reads back as it is. Effect files of the user's own are listed by their path from the model file, or by
+        their whole path if they lie elsewhere than in its folder.
     path : the YAML file.
 
     Raises
@@ -142,11 +149,33 @@ def _content(model: Model, folder: Path) -> ModelFile:
         format=FORMAT,
         thermal=model.thermal,
         deformation=model.deformation,
-        effects=[os.path.relpath(e, folder) if e.endswith(".py") else e for e in model.effects],
+        effects=[_listed(e, folder) for e in model.effects],
         parameters=parameters,
         varies={key: _variation_entry(model, key) for key in model.varies} or UNSET,
         fit=_plain(model.fit) if model.fit else UNSET,
     )
+
+
+def _listed(effect: str, folder: Path) -> str:
+    """An effect as the model file of a folder lists it."""
+    path = Path(effect)
+    inside = effect.endswith(".py") and path.is_relative_to(folder)
+    return str(path.relative_to(folder)) if inside else effect
+
+
+def _reference(effect: str, folder: Path) -> str:
+    """An effect that the model file of a folder lists: its file is run here, if it may, and never by this name alone.
+
+    Raises LceError if it leaves the folder other than by a whole path, and UntrustedEffect if it may not run.
+    """
+    if not effect.endswith(".py"):
+        return effect
+    if not Path(effect).is_absolute() and ".." in Path(effect).parts:
+        raise LceError(f"effects: {effect} lies outside the folder of the model file; name it by its whole path")
+    try:
+        return find_trusted(folder / effect).reference
+    except UntrustedEffect as error:
+        raise UntrustedEffect(f"effects: {error}") from None
 
 
 def _entry(v: Value) -> ParameterEntry:
@@ -175,7 +204,7 @@ def _variation_entry(model: Model, key: str) -> VariationEntry:
 def _model(content: ModelFile, folder: Path) -> Model:
     if content.format != FORMAT:
         raise LceError(f"format: {content.format!r} is not {FORMAT!r}")
-    effects = tuple(str(folder / e) if e.endswith(".py") else e for e in content.effects or ())
+    effects = tuple(_reference(effect, folder) for effect in content.effects or ())
     model = default_model(content.thermal, content.deformation, effects)
     groups = content.parameters or {}
     _only(groups, dict.fromkeys(v.term for v in model.values), "parameters")

@@ -139,7 +139,7 @@ def effect_file(curve: Curve, formula: Formula | None, weights: Sequence[float],
 def _head(curve: Curve, formula: Formula | None, runs: Sequence[str], function: _Function) -> str:
     candidate = curve.candidate
     title = f"A function of the {candidate.covariate.words} in {candidate.place.words}, found by `lce discover`."
-    told = [f"{curve.words[0].upper()}{curve.words[1:]}.", f"Found in {', '.join(runs)}."]
+    told = [f"{curve.words[0].upper()}{curve.words[1:]}.", f"Found in {', '.join(map(_as_text, runs))}."]
     if formula:
         told.append(f"f(z) = {formula.expression}, {_meaning_of_z(candidate)}.")
     else:
@@ -154,6 +154,11 @@ def _head(curve: Curve, formula: Formula | None, runs: Sequence[str], function: 
     imports += ["from numba.extending import register_jitable", "", "from lce_model.effects import Effect"]
     imports += ["from lce_model.lag import lag"] if candidate.covariate.lagged else []
     return "\n".join([f'"""{doc}\n"""', "", *imports, "from lce_model.terms import Parameter", "", table])
+
+
+def _as_text(name: str) -> str:
+    """The name of a run, which is that of a file and may hold anything, as text that cannot end a docstring."""
+    return "".join(c if c.isprintable() and c not in '"\\' else "_" for c in name)
 
 
 def _meaning_of_z(candidate: Candidate) -> str:

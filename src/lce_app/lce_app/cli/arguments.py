@@ -26,6 +26,28 @@ def add_model(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", type=Path, required=True, metavar="M.yaml", help="model file, as `lce fit` writes it"
     )
+    add_effect_files(parser)
+
+
+def add_effect_files(parser: argparse.ArgumentParser) -> None:
+    """`--effect-file`, repeatable, for commands that read a model file; :func:`allow_effect_files` acts on it."""
+    parser.add_argument(
+        "--effect-file",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FILE.py",
+        help="an effect file that the model lists: it may run in this command (lce trust: in every one)",
+    )
+
+
+def allow_effect_files(args: argparse.Namespace) -> None:
+    """Trust what `--effect-file` names, for this command. Raises LceError if such a file cannot be read."""
+    if files := getattr(args, "effect_file", ()):
+        from lce_model import trust
+
+        for file in files:
+            trust.allow(file)
 
 
 def add_settings(parser: argparse.ArgumentParser, metavar: str, about: str) -> None:

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from types import ModuleType
 
+from lce_app.cli.arguments import allow_effect_files
 from lce_app.errors import ContradictoryOptions, OptionError
 from lce_data import __version__
 from lce_data.errors import LceError
@@ -31,6 +32,7 @@ COMMANDS = {
     "design": "the experiment that would tell two effects apart",
     "effects": "the library of physical effects, with equations and units",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
+    "trust": "let effect files run that a model lists, as long as they stay as they are",
     "workbench": "the same as a local web page",
 }
 """Command name (module lce_app.cli.commands.NAME) and its line in `lce --help`."""
@@ -46,6 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = _parser(argv).parse_args(argv)
     command = command_module(args.command)
     try:
+        allow_effect_files(args)
         status = int(command.main(args))
         sys.stdout.flush()
         return status

@@ -13,11 +13,10 @@ from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Addition
 from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import CompareOptions, DiagnoseOptions
-from lce_app.use_cases.loading import load_runs
+from lce_app.use_cases.loading import load_model_and_effects, load_runs
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent
-from lce_model import load_model, save_model
-from lce_model.effects import find
+from lce_model import save_model
 from lce_report.figures.leading import StrengthByRun, strength_by_run
 from lce_report.pages.addition import render_addition
 from lce_report.tables import AdditionTables, addition_tables
@@ -76,7 +75,7 @@ def add_effect(
     >>> print(found.addition.sentence)  # doctest: +SKIP
     """
     runs, test_runs = load_runs(run_files), load_runs(test_files)
-    model, (chosen,) = bounded(load_model(model_file), [find(effect)], bounds)
+    model, (chosen,) = bounded(*load_model_and_effects(model_file, [effect]), bounds)
     addition = diagnosing.add_effect(model, chosen, runs, test_runs, options, progress, cancel)
     every, held_out = [*runs, *test_runs], frozenset(run.name for run in test_runs)
     drive = CompareOptions(drive=addition.model.fit["drive"])

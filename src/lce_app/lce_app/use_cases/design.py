@@ -9,10 +9,10 @@ from pathlib import Path
 import lce_analysis.experiment_design as designing
 from lce_analysis.experiment_design import Design
 from lce_analysis.options import DesignOptions
+from lce_app.use_cases.loading import load_model_and_effects
 from lce_data.progress import CancelToken, Progress, silent
 from lce_data.units import KELVIN
 from lce_data.wave_file import write_wave
-from lce_model import load_model
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,7 @@ def design(
     >>> found = design(Path("model.yaml"), ("creep", "phase_kinetics"), Path("wave.csv"))  # doctest: +SKIP
     >>> print(found.design.separation, found.plain)  # doctest: +SKIP
     """
-    found = designing.design(load_model(model_file), between, options.search, progress, cancel)
+    model, _ = load_model_and_effects(model_file, between)
+    found = designing.design(model, between, options.search, progress, cancel)
     write_wave(out, found.time_s, found.power_w)
     return Designed(found, found.separation > options.plain_separation)

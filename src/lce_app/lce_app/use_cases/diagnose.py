@@ -13,11 +13,10 @@ from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import DiagnoseOptions
 from lce_app.cluster import Cluster
-from lce_app.use_cases.loading import load_runs
+from lce_app.use_cases.loading import load_model_and_effects, load_runs
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
-from lce_model import load_model
-from lce_model.effects import find, library
+from lce_model.effects import library
 from lce_report.pages.diagnosis import render_diagnosis
 
 
@@ -81,9 +80,9 @@ def diagnose(
     >>> print(found.verdict)  # doctest: +SKIP
     """
     progress = watched(progress, cancel)
-    model, runs, test_runs = load_model(model_file), load_runs(run_files), load_runs(test_files)
-    effects = [*library().values(), *(find(effect) for effect in options.effects)]
-    model, candidates = bounded(model, effects, options.bounds)
+    model, named = load_model_and_effects(model_file, options.effects)
+    runs, test_runs = load_runs(run_files), load_runs(test_files)
+    model, candidates = bounded(model, [*library().values(), *named], options.bounds)
     with options.cluster.used():
         diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)
     report = render_diagnosis(diagnosis, runs, test_runs, options.diagnosis) if report_file else ""

@@ -18,11 +18,11 @@ from lce_analysis.identification.profile import Profile, profiles
 from lce_analysis.options import FitOptions
 from lce_app.cluster import Cluster
 from lce_app.errors import ContradictoryOptions
-from lce_app.use_cases.loading import load_runs
+from lce_app.use_cases.loading import load_model_and_effects, load_runs
 from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
-from lce_model import Model, Variation, default_model, load_model, save_model
+from lce_model import Model, Variation, default_model, save_model
 
 
 @dataclass(frozen=True)
@@ -203,7 +203,7 @@ def _start_model(choice: ModelChoice) -> Model | None:
     """The model of ``choice.start``. Raises ContradictoryOptions if another base model was asked for."""
     if choice.start is None:
         return None
-    start = load_model(choice.start)
+    start, _ = load_model_and_effects(choice.start, choice.effects)
     for stage, asked, given in (
         ("thermal", choice.thermal, start.thermal),
         ("deformation", choice.deformation, start.deformation),

@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs for a use case: read, and what looks wrong about them said at once, before anything slow begins."""
+"""What a use case begins with: runs, of which it is said at once what looks wrong, a model, and effects beside it."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
 from lce_data.read_runs import read_runs
 from lce_data.run import Run
 from lce_data.suspicions import suspicions
+from lce_model import Model, load_model
+from lce_model.effects import Effect, find
 
 LOG: Final = logging.getLogger(__name__)
 
@@ -32,3 +34,15 @@ def load_runs(files: Sequence[Path]) -> tuple[Run, ...]:
         for sentence in suspicions(run):
             LOG.warning("lce: warning: %s", sentence)
     return runs
+
+
+def load_model_and_effects(file: Path, named: Iterable[str]) -> tuple[Model, list[Effect]]:
+    """Read a model and the effects that the user named beside it. Their files run, so the model may list them.
+
+    Raises
+    ------
+    LceError
+        If the model or an effect cannot be used.
+    """
+    effects = [find(name) for name in named]
+    return load_model(file), effects

@@ -5,7 +5,7 @@ session.py           what the user decided, in files beside the runs
 state.py             what all open pages share
 jobs.py, tasks.py    long work, in a process of its own
 records.py, kept_blocks.py    what that work leaves for the page
-trusted_effects.py   effect files that the page may run
+texts.py             headings, code and names, which files may fill with anything
 topic_monitor.py, topic_monitor_node.py, snapshot.py    the topics of the bench, live
 drawings.py, figures.py    blocks of the report, drawn on the page
 page.py, tabs/       the page

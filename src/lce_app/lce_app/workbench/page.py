@@ -15,6 +15,7 @@ from lce_app.workbench.figures import HEAD
 from lce_app.workbench.job_status_bar import JobStatusBar
 from lce_app.workbench.memory import keep_tabs
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.texts import heading
 from lce_data.errors import LceError
 
 PERIOD_S: Final = 0.1
@@ -55,7 +56,7 @@ class Page:
         ui.colors(primary="#1b5e9e", accent="#1b5e9e", negative="#b3261e")
         dark = ui.dark_mode(None)
         with ui.header().classes("head"):
-            ui.html("<h1>LCE workbench</h1>", sanitize=False)
+            heading("LCE workbench", level=1)
             ui.label(str(state.folder)).classes("folder")
             self._status = ui.label().classes("state").props("role=status")
             ui.button("light / dark", on_click=lambda: dark.set_value(not dark.value)).props("flat no-caps")

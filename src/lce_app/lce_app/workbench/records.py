@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
-from msgspec import Struct, to_builtins
+from msgspec import Meta, Struct, to_builtins
 
 from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.diagnosis.diagnosis import Verdict
@@ -15,15 +15,19 @@ from lce_analysis.diagnosis.ranking import Standing
 from lce_analysis.discovery.discover import Verdict as DiscoveryVerdict
 from lce_app.use_cases.discover import Written
 from lce_app.workbench.kept_blocks import KeptSection, as_plain, from_plain, kept
-from lce_app.workbench.trusted_effects import sha256
 from lce_data.errors import LceError
+from lce_data.files import read_at_most
 from lce_data.schema import checked
+from lce_model.effects import library
+from lce_model.trust import sha256
 from lce_report.figures.leading import LeadingCandidate, StrengthByRun, leading_candidates
 from lce_report.pages.diagnosis import signature_section
 from lce_report.pages.discovery import discovery_sections
 from lce_report.tables import AdditionTables, DiagnosisTables, diagnosis_tables
 
 Record = TypeVar("Record", bound=Struct)
+MOST_BYTES: Final = 200_000_000
+"""Length of a record at most: those of many long runs hold a megabyte or two."""
 
 
 class CandidateRecord(Struct, frozen=True):
@@ -60,9 +64,9 @@ class FoundRecord(Struct, frozen=True):
     """
 
     effect: str
-    file: str
+    file: Annotated[str, Meta(pattern=r"^found[\w-]*\.py$")]
     sha256: str
-    rival: str
+    rival: Annotated[str, Meta(pattern=r"^(found[\w-]*\.py)?$")]
 
 
 class DiscoveryRecord(Struct, frozen=True):
@@ -110,9 +114,13 @@ def read_diagnosis(file: Path) -> DiagnosisRecord:
     if isinstance(content, dict) and "verdict" in content and "tables" not in content:
         raise LceError(f"{file}: made by an earlier version: diagnose again")
     try:
-        return from_plain(content, DiagnosisRecord)
+        found = from_plain(content, DiagnosisRecord)
     except LceError as error:
         raise LceError(f"{file}: {error}; delete it, and begin that job again") from None
+    for candidate in found.candidates:
+        if strange := {candidate.effect, *candidate.aliases} - library().keys():
+            raise LceError(f"{file}: {min(strange)!r} is no effect of the library; delete it, and diagnose again")
+    return found
 
 
 def discovery_record(written: Written) -> dict[str, Any]:
@@ -147,8 +155,8 @@ def read_record(file: Path, kind: type[Record]) -> Record:
 
 def _json(file: Path) -> object:
     try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except ValueError:
+        return json.loads(read_at_most(file, MOST_BYTES))
+    except (ValueError, RecursionError):
         raise LceError(f"{file}: not a JSON file; delete it, and begin that job again") from None
 
 

@@ -17,6 +17,7 @@ from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.texts import heading
 from lce_data.errors import LceError
 from lce_data.run import Floats
 from lce_model import Model, Value
@@ -34,7 +35,7 @@ class Sliders:
         self._state, self._start, self._moved = state, model, model
         self._by_hand: ByHand | None = None
         names = list(state.used())
-        ui.html("<h2>By hand</h2>", sanitize=False)
+        heading("By hand")
         self._chosen = ui.select(names, value=remembered("run", names), label="Run").classes("chosen")
         self._chosen.on_value_change(partial(remember, "run"))
         with ui.element("div").classes("hand"):

@@ -14,7 +14,6 @@ from lce_app.workbench import session as sessions
 from lce_app.workbench.jobs import Job, Task
 from lce_app.workbench.session import Role, Session
 from lce_app.workbench.topic_monitor import TopicMonitor
-from lce_app.workbench.trusted_effects import TrustedEffects
 from lce_data.errors import LceError
 
 if TYPE_CHECKING:
@@ -44,7 +43,6 @@ class WorkbenchState:
     """Session, runs, comparisons and job, shared by all open pages of the server.
 
     version : counts the changes; a page draws anew when it has grown.
-    trusted : effect files of the user's own that may be run.
     ready : the analysis is loaded. busy : what the server is loading, if anything.
     fatal_error : why the workbench has to end.
     """
@@ -62,7 +60,6 @@ class WorkbenchState:
         self._models: dict[int, Model] = {}
         self._errors: dict[tuple[int, tuple[str, ...], tuple[str, ...]], dict[Role, Errors]] = {}
         self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
-        self.trusted = TrustedEffects()
         self._then: Callable[[], None] = lambda: None
 
     # Runs

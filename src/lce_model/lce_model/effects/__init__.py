@@ -6,20 +6,25 @@ A file of this folder, or one of the user's, defines ``EFFECT = Effect(...)`` an
 
 import hashlib
 import importlib
-import importlib.util
 import pkgutil
+import shlex
 import sys
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Final
 
 from lce_data.errors import LceError
+from lce_data.files import read_at_most
 from lce_model.terms import Parameter, Term
+from lce_model.trust import MOST_BYTES, UntrustedEffect, is_trusted
 
 SMALL = 1e-4
 """Step size of the strength of a smooth effect, in parts of its range."""
+_LOADED: Final[dict[Path, "Effect"]] = {}
+"""Effects of the user's own that this process has run, by their resolved paths."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,8 +135,9 @@ def library() -> dict[str, Effect]:
 
 
 def find(name: str) -> Effect:
-    """An effect of the library by its name, or the user's own by the path of its file (``*.py``).
+    """An effect of the library by its name, or the user's own by the path of its file (``*.py``), which is run.
 
+    The path has to be one that the user named, or that of a model that was loaded; see ``find_trusted`` for all others.
     Raises LceError if there is no such effect, naming those that there are, or if the file is wrong, saying how.
     """
     if name.endswith(".py"):
@@ -141,24 +147,44 @@ def find(name: str) -> Effect:
     return library()[name]
 
 
-@cache
-def _from_file(path: Path) -> Effect:
-    if not path.is_file():
+def find_trusted(path: Path) -> Effect:
+    """The effect of a file that nobody named, because a model file lists it.
+
+    Raises UntrustedEffect, and does not run the file, unless this process ran it before or its content is trusted.
+    """
+    return _from_file(path.resolve(), named=False)
+
+
+def _from_file(path: Path, named: bool = True) -> Effect:
+    if path in _LOADED:
+        return _LOADED[path]
+    if not path.exists():
         raise LceError(f"{path}: no such effect file")
+    content = read_at_most(path, MOST_BYTES)
+    digest = hashlib.sha256(content).hexdigest()
+    if not (named or is_trusted(digest)):
+        raise UntrustedEffect(
+            f"{path} is a program that was not run: read it, then trust it (lce trust {shlex.quote(str(path))}) "
+            "or name it in this command (--effect-file)"
+        )
+    _LOADED[path] = _run(path, content, digest)
+    return _LOADED[path]
+
+
+def _run(path: Path, content: bytes, digest: str) -> Effect:
+    """The effect of a file with this content: exactly these bytes run, not what lies in ``__pycache__`` beside it."""
     # A kernel in the cache names the modules of its functions: the same text has the same name, wherever it lies.
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    spec = importlib.util.spec_from_file_location(f"lce_effect_{digest}", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
+    module = ModuleType(f"lce_effect_{digest[:16]}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(content, path, "exec", dont_inherit=True), module.__dict__)
+        return replace(_effect_of(module, str(path)), path=str(path))
     except LceError as error:
-        raise LceError(f"{path}: {error}") from None
-    # A user's file may raise anything; the user reads one line that says where and what.
-    except Exception as error:
+        raise LceError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+    # A user's file may raise anything, SystemExit as well; the user reads one line that says where and what.
+    except (Exception, SystemExit) as error:
         raise LceError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
-    return replace(_effect_of(module, str(path)), path=str(path))
 
 
 def _effect_of(module: ModuleType, where: str) -> Effect:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_pace, add_settings, check_inputs, print_files, settings
+from lce_app.cli.arguments import add_effect_files, add_pace, add_settings, check_inputs, print_files, settings
 from lce_app.cli.table import table
 from lce_data.errors import LceError
 from lce_experiment.registry import CONTROLLERS
@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strip", type=Path, metavar="S.yaml", help="the simulated strip, if it is another one than the model"
     )
+    add_effect_files(parser)
     add_settings(
         parser, "EFFECT.PARAM=V", "a parameter of the strip alone, repeatable: what the controllers do not know of it"
     )

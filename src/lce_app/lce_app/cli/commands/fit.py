@@ -8,7 +8,16 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_bounds, add_cluster, add_runs, add_settings, bounds, check_inputs, settings
+from lce_app.cli.arguments import (
+    add_bounds,
+    add_cluster,
+    add_effect_files,
+    add_runs,
+    add_settings,
+    bounds,
+    check_inputs,
+    settings,
+)
 
 if TYPE_CHECKING:
     from lce_analysis.identification import FitResult
@@ -39,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="model file to start from: its stages, its effects and its values; another --thermal or --deformation "
         "beside it is wrong usage",
     )
+    add_effect_files(parser)
     add_settings(parser, "TERM.PARAM=V", "start from this value")
     parser.add_argument(
         "--varies",

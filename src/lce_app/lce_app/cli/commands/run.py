@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_pace, add_settings, check_inputs, settings
+from lce_app.cli.arguments import add_effect_files, add_pace, add_settings, check_inputs, settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="new folder of the recording; of a campaign, the folder that holds them; default runs/TIME_NAME",
     )
     parser.add_argument("--model", type=Path, metavar="M.yaml", help="the simulated strip; default: built in")
+    add_effect_files(parser)
     add_settings(parser, "EFFECT.PARAM=V", "a parameter of the strip, repeatable; one of an effect adds the effect")
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the sensor noise, 0 or more; default: a new one")
     add_pace(parser)

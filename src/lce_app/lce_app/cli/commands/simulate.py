@@ -6,13 +6,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_settings, check_inputs, print_files, settings
+from lce_app.cli.arguments import add_model, add_settings, check_inputs, print_files, settings
 from lce_data.errors import LceError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce simulate`."""
-    parser.add_argument("--model", type=Path, metavar="M.yaml", required=True, help="model file")
+    add_model(parser)
     parser.add_argument("--input", metavar="wave.csv", required=True, help="columns time_s,power_w; or a protocol")
     parser.add_argument("--out", type=Path, metavar="run.csv", required=True, help="where the run is written")
     add_settings(parser, "TERM.PARAM=V", "set a parameter, repeatable")

@@ -7,7 +7,7 @@ import argparse
 import math
 from pathlib import Path
 
-from lce_app.cli.arguments import check_inputs, print_files
+from lce_app.cli.arguments import add_effect_files, check_inputs, print_files
 from lce_app.cli.table import table
 
 
@@ -16,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", type=Path, metavar="M.yaml", help="as `lce fit` writes it; default: that of `lce control`"
     )
+    add_effect_files(parser)
     parser.add_argument("--out", type=Path, required=True, metavar="gains.yaml", help="ROS parameter file to write")
     parser.add_argument("--rise", type=float, default=math.inf, metavar="S", help="slowest rise to 80 %%; default: any")
     parser.add_argument("--overshoot", type=float, default=0.02, metavar="F", help="largest overshoot (0.02 of a step)")

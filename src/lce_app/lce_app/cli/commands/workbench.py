@@ -8,7 +8,7 @@ import secrets
 import socket
 from pathlib import Path
 
-from lce_app.cli.arguments import check_inputs
+from lce_app.cli.arguments import add_effect_files, check_inputs
 from lce_data.errors import LceError
 
 
@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="runs, or the folder of them (default: runs, or this folder); the page sees nothing outside of it",
     )
     parser.add_argument("--model", type=Path, metavar="M.yaml", help="model file to begin with")
+    add_effect_files(parser)
     parser.add_argument("--port", type=int, default=8080, metavar="P", help="8080 by default")
     parser.add_argument(
         "--host",

@@ -15,6 +15,7 @@ from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import DesignRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs.bench import run_simulated
+from lce_app.workbench.texts import heading
 from lce_data.errors import LceError
 from lce_data.units import KELVIN
 from lce_data.wave_file import read_wave
@@ -83,7 +84,7 @@ def _designed(state: WorkbenchState, file: Path, about: DesignRecord) -> None:
     """A waveform, what it is worth, and the button that runs it."""
     time_s, power_w = read_wave(file)
     one, other = about.between
-    ui.html(f"<h2>{one} or {other}</h2>", sanitize=False)
+    heading(f"{one} or {other}")
     ui.label(" ".join(about.sentences or (about.protocol,)))
     Figures(lambda: drawings.wave(f"{one} or {other}", time_s, power_w))
     wave = file.relative_to(state.folder).as_posix()

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
 from functools import partial
 from typing import Final
@@ -18,6 +17,7 @@ from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import CandidateRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs import discover
+from lce_app.workbench.texts import code, heading
 from lce_model.effects import library
 from lce_report.figures.leading import LeadingCandidate
 from lce_report.tables import outcome
@@ -47,22 +47,22 @@ def fill(state: WorkbenchState) -> None:
         ui.label("This model has not been diagnosed yet.")
         return
     with ui.element("section").classes("answer").props('aria-label="the answer"'):
-        ui.html(f"<h2>{VERDICTS[found.verdict]}</h2>", sanitize=False).mark("verdict")
+        heading(VERDICTS[found.verdict]).mark("verdict")
         for sentence in found.sentences:
             ui.label(sentence)
     discover.fill(state, found.verdict)
     Figures(lambda: drawings.diagnosis(found)).mark("tables")
     for section in found.sections:
-        ui.html(f"<h2>{html.escape(section.heading)}</h2>", sanitize=False)
+        heading(section.heading)
         Figures(partial(blocks_of, section)).mark(f"section {section.heading}")
     leading = {candidate.effect: candidate for candidate in found.leading}
     tried = [candidate for candidate in found.candidates if candidate.standing != "not tried"]
-    for heading, members in (
+    for title, members in (
         ("Tried", tried),
         ("Not tried: they promised too little", [c for c in found.candidates if c not in tried]),
     ):
         if members:
-            ui.html(f"<h2>{heading}</h2>", sanitize=False)
+            heading(title)
         for candidate in members:
             _candidate(state, candidate, leading.get(candidate.effect))
     Figures(lambda: drawings.evidence(found)).mark("evidence")
@@ -133,7 +133,7 @@ def _described(candidate: CandidateRecord) -> None:
         ui.label(candidate.meaning)
         return
     ui.label(f"{effect.title}: {effect.meaning}")
-    ui.html(f"<code>{html.escape(effect.equation)}</code>", sanitize=False)
+    code(effect.equation)
     with ui.element("ul"):
         for p in effect.parameters:
             with ui.element("li"):

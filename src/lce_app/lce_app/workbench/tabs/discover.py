@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import html
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -18,8 +17,11 @@ from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import DiscoveryRecord, FoundRecord, read_discovery
 from lce_app.workbench.sliders import StrengthSlider
 from lce_app.workbench.state import WorkbenchState
-from lce_app.workbench.trusted_effects import sha256
+from lce_app.workbench.texts import code, heading, listing, named
+from lce_data.files import read_at_most
 from lce_model import Model
+from lce_model.effects import Effect, find_trusted
+from lce_model.trust import MOST_BYTES, UntrustedEffect, is_trusted, sha256, trust
 from lce_report.pages.discovery import WHAT_WAS_FOUND
 
 ASKED_AFTER: Final = ("unexplained", "cannot_tell")
@@ -43,20 +45,20 @@ def fill(state: WorkbenchState, verdict: str) -> None:
     if found is None:
         return
     with ui.element("section").classes("answer").props('aria-label="what was discovered"'):
-        ui.html(f"<h2>{VERDICTS[found.verdict]}</h2>", sanitize=False).mark("discovered")
+        heading(VERDICTS[found.verdict]).mark("discovered")
         for sentence in found.sentences:
             ui.label(sentence)
     for section in found.sections:
-        ui.html(f"<h2>{html.escape(section.heading)}</h2>", sanitize=False)
+        heading(section.heading)
         Figures(partial(blocks_of, section)).mark(f"section {section.heading}")
         if section.heading == WHAT_WAS_FOUND:
             for one in found.found:
                 _function(state, found, one)
-    ui.html("<h2>What the library holds</h2>", sanitize=False)
+    heading("What the library holds")
 
 
 def discover(state: WorkbenchState) -> None:
-    """Begin the search for what the current model lacks; the effect files that it writes are trusted."""
+    """Begin the search for what the current model lacks; the effect files that it writes are trusted for good."""
     number = state.session.current
     assert number is not None
     out = state.session.discovery_file(number)
@@ -76,7 +78,7 @@ def add(state: WorkbenchState, found: FoundRecord) -> None:
     """Begin adding a function that was found to the current model, as `lce add` does with its file."""
     number, file = state.session.current, _file(state, found)
     assert number is not None
-    effect, model = state.trusted.effect(file), state.session.model_file(number)
+    effect, model = _effect(file), state.session.model_file(number)
     state.start_model(
         f"Add {effect.name}",
         tasks.add,
@@ -95,8 +97,8 @@ def _trust_written(state: WorkbenchState, out: Path) -> None:
     """Trust what the job has written, unless it has changed since."""
     for found in read_discovery(out).found:
         file = _file(state, found)
-        if sha256(file) == found.sha256:
-            state.trusted.trust(file)
+        if file.is_file() and sha256(file) == found.sha256:
+            trust(file)
 
 
 def _file(state: WorkbenchState, found: FoundRecord) -> Path:
@@ -104,41 +106,49 @@ def _file(state: WorkbenchState, found: FoundRecord) -> Path:
     return state.session.place / Path(found.file).name
 
 
+def _effect(file: Path) -> Effect:
+    """The effect of a file. Raises UntrustedEffect, and does not run it, unless it is trusted as it is now."""
+    if not is_trusted(sha256(file)):
+        raise UntrustedEffect(f"{file.name}: not run, because you have not trusted it as it is now")
+    return find_trusted(file)
+
+
 def _function(state: WorkbenchState, found: DiscoveryRecord, one: FoundRecord) -> None:
     """What was found as a file: the text, the slider on its strength, and the button that adds it."""
     file = _file(state, one)
-    with ui.element("section").classes("found").props(f'aria-label="{one.effect}"').mark(f"found {one.effect}"):
-        ui.html(f"<h2>{html.escape(one.effect)}</h2>", sanitize=False)
+    with named(ui.element("section").classes("found"), one.effect).mark(f"found {one.effect}"):
+        heading(one.effect)
         if not file.is_file():
             ui.label(f"{file.name} is no longer there. Discover again.").classes("bad")
             return
         with ui.expansion(file.name, caption="the effect file: what lce add and lce diagnose --effect take"):
-            text = file.read_text(encoding="utf-8", errors="replace")
-            ui.html(f"<pre><code>{html.escape(text, quote=False)}</code></pre>", sanitize=False).mark("effect file")
-        if file not in state.trusted:
+            text = read_at_most(file, MOST_BYTES).decode(errors="replace")
+            listing(text).mark("effect file")
+        if not is_trusted(sha256(file)):
             ui.label(
-                f"The page has not written {file.name} since it was started, or the file has changed. An effect is a "
+                f"You have not trusted {file.name}, and no page of yours has written it as it is now. An effect is a "
                 "program: read it before you let it run."
             )
-            ui.button("Trust this file", on_click=partial(_trust, state, file)).props("outline no-caps").mark("trust")
+            trusted = ui.button("Trust this file", on_click=notify_errors(partial(_trust, state, file)))
+            trusted.props("outline no-caps").mark("trust")
             return
         if one.rival:
             ui.label("Another formula describes the curve as well. This finds the run that tells the two apart:")
             number = state.session.current
             assert number is not None
             line = command_lines.tell_apart(state, state.session.model_file(number), file, file.with_name(one.rival))
-            ui.html(f"<code>{html.escape(line, quote=False)}</code>", sanitize=False)
+            code(line)
         ui.button(f"Add {one.effect}", on_click=notify_errors(partial(add, state, one))).props(
             "outline no-caps"
         ).classes("as-wide").mark(f"add {one.effect}")
         model = state.model()
         if model is not None and state.used():
-            effect = state.trusted.effect(file)
+            effect = _effect(file)
             StrengthSlider(state, model, with_values(model, found).add(str(file)), effect)
 
 
 def _trust(state: WorkbenchState, file: Path) -> None:
-    state.trusted.trust(file)
+    trust(file)
     state.version += 1
 
 

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import asyncio
-import html
 from pathlib import Path
 
 from nicegui import ui
 
 from lce_app.workbench import command_lines
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.texts import code, heading
 from lce_report.pages.comparison import render_comparison
 
 
@@ -36,11 +36,11 @@ def fill(state: WorkbenchState) -> None:
             if file.exists():
                 _download(label, file)
     ui.label("CSV (of the range in view) and PNG are at every figure.")
-    ui.html("<h2>The same on the command line</h2>", sanitize=False)
+    heading("The same on the command line")
     ui.label(f"In the folder {state.folder}; the files of the page are in {place.name}/.")
     for line in commands(state):
         with ui.row().classes("line command"):
-            ui.html(f"<code>{html.escape(line, quote=False)}</code>", sanitize=False)
+            code(line)
             ui.button("Copy", on_click=lambda line=line: ui.clipboard.write(line)).props("flat dense no-caps")
 
 

@@ -15,6 +15,7 @@ from lce_app.use_cases.import_runs import Options, import_runs, understand
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.texts import named
 from lce_data.errors import LceError
 from lce_data.importing.headers import SI_UNITS, si_unit
 from lce_data.importing.layout import find_layout
@@ -116,12 +117,12 @@ class ImportTab:
                         with ui.element("td"):
                             quantity = signal.quantity if signal else LEFT_OUT
                             chosen = ui.select(list(dict.fromkeys([LEFT_OUT, *SI_UNITS, quantity])), value=quantity)
-                            chosen.props(f'dense aria-label="what {name} is"').mark(f"quantity {name}")
+                            named(chosen.props("dense"), f"what {name} is").mark(f"quantity {name}")
                             chosen.on_value_change(partial(self._choose, name))
                         with ui.element("td"):
                             if signal:
                                 unit = ui.select(_unit_choices(signal.quantity), value=signal.pick.unit)
-                                unit.props(f'dense aria-label="unit of {name}"').mark(f"unit {name}")
+                                named(unit.props("dense"), f"unit of {name}").mark(f"unit {name}")
                                 unit.on_value_change(partial(self._choose_unit, name))
                         for cell in (" and ".join(signal.guessed), *signal.row()[3:]) if signal else ("",) * 4:
                             with ui.element("td"):

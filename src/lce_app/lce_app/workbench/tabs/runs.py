@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import html
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,6 +10,7 @@ from nicegui import ui
 
 from lce_app.workbench.colours import colour
 from lce_app.workbench.state import RunEntry, WorkbenchState
+from lce_app.workbench.texts import named
 from lce_data.experiment_file import content_of
 
 if TYPE_CHECKING:
@@ -55,9 +55,10 @@ def _row(state: WorkbenchState, name: str, entry: RunEntry) -> None:
                 ui.label(line)
         with ui.element("td"):
             if entry.run:
-                ui.html(_thumbnail(entry.run), sanitize=False)
+                _thumbnail(entry.run)
         with ui.element("td"):
-            role = ui.radio(ROLES, value=state.session.roles[name]).props(f'inline dense aria-label="use of {name}"')
+            role = ui.radio(ROLES, value=state.session.roles[name]).props("inline dense")
+            named(role, f"use of {name}")
             role.on_value_change(lambda event: state.set_role(name, event.value))
 
 
@@ -86,19 +87,20 @@ def _measured(run: Run) -> list[str]:
     return [f"{length_s:.0f} s", *(f"{symbol} at {rate:.3g} Hz" for symbol, rate in rates.items())]
 
 
-def _thumbnail(run: Run) -> str:
-    lines = "".join(_line(series, colour(channel)) for channel, series in run.measured.items())
+def _thumbnail(run: Run) -> None:
     names = " and ".join(channel.name for channel in run.measured)
-    about = html.escape(f"{names} of {run.name} over time")
-    return (
-        f'<svg viewBox="0 0 {WIDE} {HIGH}" width="{WIDE}" height="{HIGH}" role="img" aria-label="{about}">{lines}</svg>'
-    )
+    picture = named(ui.element("svg"), f"{names} of {run.name} over time")
+    picture.props.update({"viewBox": f"0 0 {WIDE} {HIGH}", "width": WIDE, "height": HIGH, "role": "img"})
+    with picture:
+        for channel, series in run.measured.items():
+            stroke = {"fill": "none", "stroke": f"var(--{colour(channel)})", "stroke-width": 1.2}
+            ui.element("polyline").props.update({"points": _points(series), **stroke})
 
 
-def _line(series: Series, role: str) -> str:
+def _points(series: Series) -> str:
+    """The series as points of a polyline."""
     keep = np.linspace(0, series.time_s.size - 1, POINTS).astype(int)
     x, y = series.time_s[keep], series.value[keep]
     across = (x - x[0]) / ((x[-1] - x[0]) or 1.0) * WIDE
     down = HIGH - 2.0 - (y - y.min()) / (np.ptp(y) or 1.0) * (HIGH - 4.0)
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
-    return f'<polyline points="{points}" fill="none" stroke="var(--{role})" stroke-width="1.2"/>'
+    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
