@@ -3,6 +3,7 @@
 
 import ast
 import importlib.util
+import os
 import subprocess
 import sys
 import types
@@ -14,6 +15,7 @@ import yaml
 from run_command import experiment, read
 
 from lce_experiment import registry
+from lce_ros.parent import PARENT
 from lce_ros.testing import Graph
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,7 +43,7 @@ class _Action:
     made: ClassVar[list[dict[str, Any]]] = []
 
     def __init__(self, *args: Any, **words: Any) -> None:
-        self.made.append(words)
+        self.made.append({**words, "args": args})
 
 
 def _nodes(file: Path, monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
@@ -76,6 +78,13 @@ def test_every_node_of_a_launch_file_is_an_executable(file: Path, monkeypatch: p
 def test_the_launch_files_start_the_whole_bench(monkeypatch: pytest.MonkeyPatch) -> None:
     nodes = set().union(*(_nodes(file, monkeypatch) for file in LAUNCH_FILES))
     assert nodes == {(spec.package, spec.name) for spec in NODES}
+
+
+def test_the_nodes_of_a_launch_end_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(PARENT, raising=False)
+    _nodes(BRINGUP / "launch" / "bench.launch.py", monkeypatch)
+    before_nodes = _Action.made[: next(k for k, words in enumerate(_Action.made) if "executable" in words)]
+    assert (PARENT, str(os.getpid())) in [words["args"] for words in before_nodes]
 
 
 def test_executables_and_the_modules_of_lce_run_are_the_same() -> None:
@@ -126,8 +135,6 @@ def test_the_launch_file_of_control_knows_every_mode() -> None:
 @needs_launch
 def test_an_experiment_is_launched_and_recorded(graph: Graph, tmp_path: Path) -> None:
     """`ros2 launch` for real: the bench comes up, plays, and goes down with a finished bag."""
-    import os
-
     done = subprocess.run(
         [
             *("ros2", "launch", "lce_bringup", "experiment.launch.py"),

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -215,6 +216,65 @@ def test_kill_9_of_the_laser_is_zero_power_at_the_strip(graph: Graph) -> None:
     graph.until(lambda: truth.messages[-1].temperature < truth.messages[-5].temperature, what="cooling")
     warmest = max(truth.messages, key=lambda m: m.temperature)
     assert from_stamp(warmest.header.stamp) - killed_s < LIMIT_S
+
+
+STARTER = """
+import subprocess, sys
+node = subprocess.Popen(sys.argv[1:])
+print(node.pid, flush=True)
+node.wait()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_nodes_end_with_the_process_that_started_them(graph: Graph, number: signal.Signals) -> None:
+    """As under `ros2 launch` and `ros2 run`, which leave their nodes behind when they are ended so."""
+    node = [sys.executable, "-m", registry.LASER.module, "--ros-args", "-r", "__ns:=/lce"]
+    starter = subprocess.Popen(
+        [sys.executable, "-c", STARTER, *node, "-p", "temperature_required:=false"],
+        env=os.environ | {"ROS_DOMAIN_ID": str(graph.domain)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert starter.stdout is not None
+    laser = int(starter.stdout.readline())
+    try:
+        probe = graph.probe()
+        commands = probe.advertise(Float64, "laser/power_command")
+        probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
+        light = Light(graph)
+        assert light.after(lambda: starter.send_signal(number)) < LIMIT_S
+        assert light.samples[-1][1] == 0.0
+        until(lambda: not Path(f"/proc/{laser}").exists(), "the end of the node", 5.0)
+    finally:
+        with suppress(ProcessLookupError):
+            os.kill(laser, signal.SIGKILL)
+        starter.kill()
+        starter.communicate()
+
+
+SERVER = """
+import os, sys
+from pathlib import Path
+from lce_app.workbench import jobs, tasks
+
+jobs.warm_up()
+bench = dict(model=None, settings={}, domain=int(os.environ["ROS_DOMAIN_ID"]))
+run = dict(protocol="hold:power=1.0,hold=60,rest=0", out=Path(sys.argv[1]), **bench)
+jobs.Job("Run", tasks.run, run, gentle=True).wait()
+"""
+
+
+def test_kill_9_of_the_server_of_the_page_is_zero_power(graph: Graph, tmp_path: Path) -> None:
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER, str(tmp_path / "bag")], env=os.environ | {"ROS_DOMAIN_ID": str(graph.domain)}
+    )
+    try:
+        light = Light(graph)
+        assert light.after(server.kill) < LIMIT_S
+    finally:
+        server.kill()
+        server.wait()
 
 
 def test_a_stopped_laser_that_continues_does_not_take_old_commands_for_new(graph: Graph) -> None:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bench without an experiment: laser and sensors, and the simulated strip unless plant:=hardware.
 
-When one node ends, all end.
+When one node ends, all end. They also end when the launch is killed.
 """
 
+import os
+
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
 from launch.conditions import IfCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 from launch_ros.actions import Node
@@ -13,6 +15,7 @@ from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from lce_experiment.registry import SENSORS
+from lce_ros.parent import PARENT
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -26,6 +29,7 @@ def generate_launch_description() -> LaunchDescription:
     end = Shutdown(reason="a node of the bench has ended")
     return LaunchDescription(
         [
+            SetEnvironmentVariable(PARENT, os.environ.get(PARENT) or str(os.getpid())),
             DeclareLaunchArgument("plant", default_value="simulated", choices=["simulated", "hardware"]),
             DeclareLaunchArgument("namespace", default_value="lce"),
             DeclareLaunchArgument("model", default_value="", description="model file of the simulated strip"),

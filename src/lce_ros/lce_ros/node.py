@@ -24,6 +24,7 @@ from lce_data.errors import LceError
 from lce_data.topics import DIAGNOSTICS
 from lce_ros.health import Health, Level
 from lce_ros.parameters import Rule
+from lce_ros.parent import when_parent_ends
 from lce_ros.qos import LATCHED, STREAM
 from lce_ros.signals import stop_signals
 
@@ -204,18 +205,25 @@ class LceNode(Node):
 
 
 def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> int:
-    """Make a node and spin it until a stop signal, a shutdown of ROS or an exception; returns the exit status.
+    """Make a node and spin it until something ends it; returns the exit status.
 
-    ``close`` is called on every one of these ways out, with ROS still up so that it can publish a last word.
+    That is a stop signal, the end of the parent process (lce_ros.parent), a shutdown of ROS or an exception. ``close``
+    is called on every one of these ways out, with ROS still up so that it can publish a last word.
     A ValueError of the factory (a parameter outside its range, a model file that cannot be read), a NodeFault and an
     LceError at any time are one line on stderr and status 1; any other exception keeps its traceback.
     """
     stop = Future()
-    with stop_signals(lambda: stop.done() or stop.set_result(None)):
-        # rclpy's own handlers would take ROS down before close() could publish anything.
-        rclpy.init(args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO)
+
+    def end() -> None:
+        if not stop.done():
+            stop.set_result(None)
+
+    with stop_signals(end):
         try:
-            _spin(_made(factory), stop)
+            with when_parent_ends(end):
+                # rclpy's own handlers would take ROS down before close() could publish anything.
+                rclpy.init(args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO)
+                _spin(_made(factory), stop)
         except (NodeFault, LceError) as fault:
             print(fault, file=sys.stderr)
             return 1

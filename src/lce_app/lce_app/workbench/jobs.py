@@ -7,6 +7,7 @@ import math
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -15,7 +16,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final, Literal, NoReturn
 
 from lce_data.errors import LceError
-from lce_experiment.runners.processes import end_with_parent
+from lce_ros.parent import when_parent_ends
 
 State = Literal["running", "done", "failed", "cancelled"]
 PERIOD_S: Final = 0.1
@@ -80,7 +81,7 @@ class Job:
     def __post_init__(self) -> None:
         self._receive, send = _FORK.Pipe(duplex=False)
         self._began = time.monotonic()
-        self._process = _FORK.Process(target=_run, args=(send, self.task, self.arguments), daemon=True)
+        self._process = _FORK.Process(target=_run, args=(send, os.getpid(), self.task, self.arguments), daemon=True)
         self._process.start()
         send.close()
 
@@ -129,12 +130,11 @@ class Job:
         self._receive.close()
 
 
-def _run(send: Connection, task: Task, arguments: dict[str, Any]) -> None:
+def _run(send: Connection, server: int, task: Task, arguments: dict[str, Any]) -> None:
     """In the process of the job. It ends in order when it is interrupted, or when the server is gone."""
-    end_with_parent()
     signal.signal(signal.SIGINT, _interrupted_once)
     signal.signal(signal.SIGHUP, _interrupted_once)
-    reported = -math.inf
+    reported, main = -math.inf, threading.get_ident()
 
     def progress(label: str, done: int, total: int, rms: float) -> None:
         nonlocal reported
@@ -148,8 +148,10 @@ def _run(send: Connection, task: Task, arguments: dict[str, Any]) -> None:
             _interrupted_once()
 
     try:
-        progress("starting", 0, 1, math.nan)
-        end = JobEnd("done", warnings=tuple(task(progress=progress, **arguments) or ()))
+        # To the main thread: a system call in which it waits ends only there.
+        with when_parent_ends(lambda: signal.pthread_kill(main, signal.SIGINT), server):
+            progress("starting", 0, 1, math.nan)
+            end = JobEnd("done", warnings=tuple(task(progress=progress, **arguments) or ()))
     except LceError as error:
         end = JobEnd("failed", " ".join(str(error).split()))
     except KeyboardInterrupt:

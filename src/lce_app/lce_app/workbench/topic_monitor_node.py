@@ -20,7 +20,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lce_app.workbench.snapshot import MONITORED, PERIOD_S, Snapshot
 from lce_data.topics import DIAGNOSTICS, LATCHED_TOPICS, RECORDED
 from lce_experiment.registry import NAMESPACE
-from lce_experiment.runners.processes import end_with_parent
 from lce_ros.messages import KINDS, MessageKind
 from lce_ros.node import LceNode, run
 
@@ -71,7 +70,6 @@ def monitor_topics(send: Connection, domain: int) -> None:
         except BrokenPipeError:
             signal.raise_signal(signal.SIGINT)
 
-    end_with_parent()
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     run(lambda: TopicMonitorNode(hand_over), ["--ros-args", "-r", f"__ns:={NAMESPACE}"])

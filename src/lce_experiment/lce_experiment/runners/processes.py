@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Child processes that end with us: on success, on an error, on Ctrl-C, and even when we are killed."""
+"""Child processes that end with us: on success, on an error, on Ctrl-C, and, if they are nodes, when we are killed."""
 
 from __future__ import annotations
 
-import ctypes
+import os
 import signal
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
 from lce_data.errors import LceError
+from lce_ros.parent import PARENT
 
-_PR_SET_PDEATHSIG = 1
 _STOP_S = 8.0
-_LIBC = ctypes.CDLL(None)  # loaded before any fork
 
 
 class Processes:
@@ -31,7 +29,8 @@ class Processes:
     def start(self, name: str, command: Sequence[str], pipe: bool = False) -> subprocess.Popen[bytes]:
         """Start a child, with a pipe for its stdout if asked.
 
-        It gets a session of its own: Ctrl-C is for us alone, who then end the children in order.
+        It gets a session of its own: Ctrl-C is for us alone, who then end the children in order. A node, and those that
+        a launch starts, end by themselves when we are killed (lce_ros.parent).
         """
         with self._log(name).open("w") as log:
             self._running[name] = subprocess.Popen(
@@ -40,7 +39,7 @@ class Processes:
                 stdout=subprocess.PIPE if pipe else log,
                 stderr=log,
                 start_new_session=True,
-                preexec_fn=end_with_parent if sys.platform == "linux" else None,
+                env=os.environ | {PARENT: str(os.getpid())},
             )
         return self._running[name]
 
@@ -101,8 +100,3 @@ class Processes:
 
 def _how(status: int) -> str:
     return f"status {status}" if status >= 0 else f"killed by {signal.Signals(-status).name}"
-
-
-def end_with_parent() -> None:
-    """In the child: be interrupted when the parent dies, however it dies (Linux)."""
-    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
