@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from lce_data.channels import CHANNELS, SENSORS, Channel
 
 COMMAND = "laser/power_command"
+ARMED = "laser/armed"
 SETPOINT = "temperature_setpoint"
 TARGET = "target_displacement"
 DIAGNOSTICS = "/diagnostics"

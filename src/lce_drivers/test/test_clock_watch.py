@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-from lce_drivers.laser.clock_watch import ClockWatch
+from lce_drivers.laser.clock_watch import ClockWatch, StallWatch
 
 
 def verdicts(*ticks: int) -> list[bool]:
@@ -23,3 +23,12 @@ def test_a_machine_that_stood_still_is_not_taken_for_a_clock_that_stopped() -> N
 
 def test_a_clock_that_stopped_before_its_first_tick_is_noticed() -> None:
     assert verdicts(0, 0, 0)[-1]
+
+
+def test_a_gap_between_ticks_counts_where_it_began_with_light() -> None:
+    watch = StallWatch(0.1)
+    assert watch.tick(5.0, lit=True) is None, "the first tick has none before it"
+    assert watch.tick(5.1, lit=True) is None
+    assert watch.tick(5.31, lit=True) == "the laser node stood still for 0.21 s with the light on"
+    assert watch.tick(9.0, lit=False) is None
+    assert watch.tick(9.01, lit=True) is None

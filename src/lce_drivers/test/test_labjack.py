@@ -1,109 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
+import signal
 import socket
-import socketserver
-import struct
-import subprocess
-import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from labjack_emulator import LabJackEmulator
 from sensor_msgs.msg import Temperature
-from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
+from std_msgs.msg import Bool, Float64
+from std_srvs.srv import SetBool, Trigger
 
 from lce_drivers.camera.thermal_camera_node import ThermalCamera
 from lce_drivers.distance.distance_sensor_node import DistanceSensor
-from lce_drivers.laser.labjack import Calibration, LabJackLaser, ModbusRegisters
+from lce_drivers.laser.labjack import Calibration, LabJackLaser
 from lce_drivers.laser.laser_node import Laser
+from lce_drivers.laser.modbus import ModbusRegisters
 from lce_ros.conversions import to_stamp
-from lce_ros.node import NodeFault
+from lce_ros.node import LceNode, NodeFault
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
-
-WATCHDOG = range(61600, 61700)
-
-
-class LabJackEmulator:
-    """A LabJack as far as the laser needs one: registers over Modbus TCP and the watchdog.
-
-    Written from the register table with plain sockets, so that nothing of it is the client's own library.
-    Listens on 127.0.0.1:``port``; ``dac0_v`` is what the output gives now, watchdog included. The watchdog goes by
-    ``time_s``, which the test sets.
-    """
-
-    def __init__(self, product: float = 8.0) -> None:
-        self.registers = dict.fromkeys([1000, 61600, 61604, 61610, 61612, 61620, 61640, 61642], 0)
-        self.registers |= {55100: 0x00112233, 60000: _bits(product), 61604: 60}
-        self.flash_writes: list[tuple[int, int]] = []
-        self.wrong_keys = 0
-        self.time_s = self._fed_s = 0.0
-        emulator = self
-
-        class Handler(socketserver.BaseRequestHandler):
-            def handle(self) -> None:
-                while len(head := _exactly(self.request, 7)) == 7:
-                    transaction, _, length, unit = struct.unpack(">HHHB", head)
-                    answer = emulator.answer(_exactly(self.request, length - 1))
-                    self.request.sendall(struct.pack(">HHHB", transaction, 0, len(answer) + 1, unit) + answer)
-
-        class Server(socketserver.ThreadingTCPServer):
-            daemon_threads = True
-            allow_reuse_address = True
-
-        self._server = Server(("127.0.0.1", 0), Handler)
-        self.port: int = self._server.server_address[1]
-        threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True).start()
-
-    @property
-    def dac0_v(self) -> float:
-        r = self.registers
-        hungry = self.time_s - self._fed_s > r[61604]
-        if r[61600] == 1 and hungry and r[61640] == 1:
-            r[1000] = r[61642]
-        return float(struct.unpack(">f", r[1000].to_bytes(4, "big"))[0])
-
-    def answer(self, request: bytes) -> bytes:
-        function, address, count = struct.unpack(">BHH", request[:5])
-        if function == 3 and count == 2 and address in self.registers:
-            return struct.pack(">BBI", 3, 4, self.registers[address])
-        if function == 16 and count == 2 and (address in self.registers or address == 61614):
-            self._set(address, int.from_bytes(request[6:10], "big"))
-            return struct.pack(">BHH", 16, address, 2)
-        return struct.pack(">BB", function | 0x80, 2)
-
-    def _set(self, address: int, value: int) -> None:
-        self.dac0_v  # noqa: B018  the watchdog may have struck before this write
-        if address == 61614:
-            if value == self.registers[61612]:
-                self._fed_s = self.time_s
-            else:
-                self.wrong_keys += 1
-            return
-        if address in WATCHDOG:
-            self.flash_writes.append((address, value))
-        if address == 61600 and value == 1:
-            self._fed_s = self.time_s
-        self.registers[address] = value
-
-    def close(self) -> None:
-        self._server.shutdown()
-        self._server.server_close()
-
-
-def _exactly(connection: object, count: int) -> bytes:
-    data = b""
-    while len(data) < count and (more := connection.recv(count - len(data))):  # type: ignore[attr-defined]
-        data += more
-    return data
-
-
-def _bits(value: float) -> int:
-    return int.from_bytes(struct.pack(">f", value), "big")
-
 
 CALIBRATION = Calibration(volts_per_watt=2.0, threshold_v=0.5, max_v=4.5)
 
@@ -113,6 +32,19 @@ def device() -> Iterator[LabJackEmulator]:
     emulator = LabJackEmulator()
     yield emulator
     emulator.close()
+
+
+def on(device: LabJackEmulator, **others: Any) -> dict[str, Any]:
+    """Parameters of the laser node on the device, without a camera."""
+    own = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5, **others}
+    return {
+        "device": "labjack", "temperature_required": False, "max_tick_gap_s": 0.5,
+        **{f"labjack.{key}": value for key, value in own.items()},
+    }  # fmt: skip
+
+
+def arm(graph: Graph, probe: LceNode) -> SetBool.Response:
+    return graph.call(probe, SetBool, "laser/arm", data=True)
 
 
 def connect(device: LabJackEmulator) -> LabJackLaser:
@@ -141,6 +73,7 @@ def test_the_watchdog_is_armed_before_there_is_any_power(device: LabJackEmulator
     r = device.registers
     assert device.dac0_v == 0.0
     assert (r[61600], r[61604], r[61610], r[61620], r[61640], r[61642]) == (1, 2, 1, 0, 1, 0)
+    assert (r[61602], r[61606]) == (0, 2), "nothing else happens, and the same after a power failure"
     assert r[61612] != 0
     assert device.flash_writes[0] == (61600, 0) and device.flash_writes[-1] == (61600, 1)
     laser.write(1.0)
@@ -155,6 +88,25 @@ def test_flash_memory_is_written_once_not_at_every_start(device: LabJackEmulator
     writes = len(device.flash_writes)
     connect(device).close()
     assert len(device.flash_writes) == writes
+
+
+def test_the_outputs_come_up_at_zero_volts(device: LabJackEmulator) -> None:
+    device.registers[49000] = 0
+    connect(device).close()
+    assert device.registers[49000] == 1 and (49004, 1) in device.flash_writes
+    device.stuck[49000] = 0
+    with pytest.raises(OSError, match="49004: the outputs of the LabJack may come up lit"):
+        connect(device)
+
+
+def test_an_answer_to_something_else_is_no_answer(device: LabJackEmulator) -> None:
+    laser = connect(device)
+    device.echo = 1002
+    with pytest.raises(OSError, match="register 1000 cannot be written"):
+        laser.write(1.0)
+    device.echo = None
+    laser.close()
+    assert device.dac0_v == 0.0
 
 
 def test_without_writes_the_device_itself_goes_to_zero(device: LabJackEmulator) -> None:
@@ -188,75 +140,167 @@ def test_nobody_at_the_address_is_an_error_with_the_address() -> None:
         ModbusRegisters("127.0.0.1", port, 0.1)
 
 
-def started(graph: Graph, device: LabJackEmulator) -> subprocess.Popen[str]:
-    """The laser node as a process, its light on."""
-    settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
-    process = graph.start(
-        "lce_drivers.laser.laser_node",
-        device="labjack",
-        temperature_required="false",
-        **{f"labjack.{k}": v for k, v in settings.items()},
-    )
-    probe = graph.probe()
-    commands = probe.advertise(Float64, "laser/power_command")
-    probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
-    graph.until(lambda: device.dac0_v == 2.0, 20.0, "light")
-    return process
+class Bench:
+    """The laser node as a process on the device, and its commander: one watt, its light on."""
+
+    def __init__(self, graph: Graph, device: LabJackEmulator, **others: Any) -> None:
+        self.graph, self.device = graph, device
+        self.process = graph.start("lce_drivers.laser.laser_node", **on(device, **others))
+        self.probe = graph.probe()
+        self.power = graph.collect(Float64, "laser/power", self.probe)
+        self._commands = self.probe.advertise(Float64, "laser/power_command")
+        self.command_w = 0.0
+        self.probe.every(0.01, lambda: self._commands.publish(Float64(data=self.command_w)))
+        graph.until(lambda: self.power.messages, 20.0, "the laser")
+        self.light()
+
+    def light(self) -> None:
+        """Command zero, arm, command a watt."""
+        self.command_w = 0.0
+        self.graph.until(lambda: arm(self.graph, self.probe).success, what="an armed laser")
+        self.command_w = 1.0
+        self.graph.until(lambda: self.device.dac0_v == 2.0, 20.0, "light")
+
+    def lines(self) -> list[str]:
+        """What the process said on stderr, once it has ended."""
+        self.graph.until(lambda: self.process.poll() is not None, 20.0, "the end of the node")
+        assert self.process.stderr is not None
+        return self.process.stderr.read().splitlines()
 
 
 def test_the_node_drives_the_device_and_leaves_it_dark(graph: Graph, device: LabJackEmulator) -> None:
-    process = started(graph, device)
+    process = Bench(graph, device).process
     process.terminate()
     process.wait(timeout=20)
     assert device.dac0_v == 0.0
     assert process.returncode == 0
 
 
+def test_a_real_laser_starts_disarmed_and_lights_up_for_nobody_who_has_not_armed_it(
+    graph: Graph, device: LabJackEmulator
+) -> None:
+    graph.add(Laser, **on(device))
+    probe = graph.probe()
+    commands, power = probe.advertise(Float64, "laser/power_command"), graph.collect(Float64, "laser/power", probe)
+    armed = graph.collect(Bool, "laser/armed", probe)
+    command_w = [1.0]
+    probe.every(0.01, lambda: commands.publish(Float64(data=command_w[0])))
+    graph.until(lambda: len(power) > 50)
+    assert device.dac0_v == 0.0 and not any(power.data)
+    answer = arm(graph, probe)
+    assert not answer.success and "1 W are commanded" in answer.message
+    command_w[0] = 0.0
+    graph.until(lambda: arm(graph, probe).success)
+    command_w[0] = 1.0
+    graph.until(lambda: device.dac0_v == 2.0, what="light")
+    assert graph.call(probe, SetBool, "laser/arm", data=False).success
+    graph.until(lambda: device.dac0_v == 0.0, 1.0, "darkness")
+    graph.until(lambda: armed.data[-2:] == [True, False], what="the state on laser/armed")
+
+
+def test_a_real_laser_cannot_be_configured_to_arm_itself(graph: Graph, device: LabJackEmulator) -> None:
+    with pytest.raises(ValueError, match="arm_at_start"):
+        graph.add(Laser, **on(device), arm_at_start=True)
+
+
 def test_after_kill_9_the_watchdog_makes_it_dark(graph: Graph, device: LabJackEmulator) -> None:
-    process = started(graph, device)
-    graph.kill(process)
+    graph.kill(Bench(graph, device).process)
     device.time_s = 1.99
     assert device.dac0_v == 2.0
     device.time_s = 2.01
     assert device.dac0_v == 0.0
 
 
-def test_a_fault_of_the_temperature_is_zero_volts_until_the_reset(graph: Graph, device: LabJackEmulator) -> None:
-    settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 2.0, "timeout_s": 0.5}
-    graph.add(Laser, device="labjack", **{f"labjack.{k}": v for k, v in settings.items()})
+def test_a_stopped_node_that_continues_leaves_dark_what_the_watchdog_made_dark(
+    graph: Graph, device: LabJackEmulator
+) -> None:
+    bench = Bench(graph, device)
+    bench.process.send_signal(signal.SIGSTOP)
+    graph.spin_for(0.7)
+    device.time_s = 3.0
+    assert device.dac0_v == 0.0, "the watchdog"
+    bench.process.send_signal(signal.SIGCONT)
+    bench.power.messages.clear()
+    graph.until(lambda: len(bench.power) > 50, what="a laser that speaks again")
+    assert device.dac0_v == 0.0 and not any(bench.power.data)
+    said = graph.call(bench.probe, Trigger, "laser/reset")
+    assert said.success and "stood still" in said.message
+    graph.spin_for(0.3)
+    assert device.dac0_v == 0.0, "a reset alone gives no light"
+    bench.light()
+
+
+@pytest.mark.parametrize(
+    ("register", "value", "reason"),
+    [(1000, 0, "DAC0 is 0 V, not 2 V as written"), (61600, 0, "the watchdog of the LabJack is off")],
+)
+def test_a_device_that_is_not_as_it_was_left_is_a_fault(
+    graph: Graph, device: LabJackEmulator, register: int, value: int, reason: str
+) -> None:
+    bench = Bench(graph, device)
+    device.stuck[register] = value
+    graph.until(lambda: bench.power.data[-1] == 0.0, 3.0, "darkness")
+    answer = graph.call(bench.probe, Trigger, "laser/reset")
+    assert answer.success == (register == 1000) and reason in answer.message
+    device.stuck.clear()
+
+
+def test_a_fault_of_the_temperature_is_zero_volts_until_reset_and_arming(graph: Graph, device: LabJackEmulator) -> None:
+    graph.add(Laser, **on(device) | {"temperature_required": True})
     probe = graph.probe()
     commands, camera = probe.advertise(Float64, "laser/power_command"), probe.advertise(Temperature, "temperature")
-    shown_c = [40.0]
+    shown_c, command_w = [40.0], [0.0]
 
     def show() -> None:
+        shown_c[0] += 0.01
         message = Temperature(temperature=shown_c[0])
         message.header.stamp = to_stamp(probe.now_s())
         camera.publish(message)
 
-    probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
+    probe.every(0.01, lambda: commands.publish(Float64(data=command_w[0])))
     probe.every(0.1, show)
+    assert arm(graph, probe).success
+    command_w[0] = 1.0
     graph.until(lambda: device.dac0_v == 2.0, what="light")
     shown_c[0] = 130.0
     graph.until(lambda: device.dac0_v == 0.0, what="darkness")
     shown_c[0] = 40.0
     graph.spin_for(0.5)
     assert device.dac0_v == 0.0
-    reset = probe.create_client(Trigger, "laser/reset")
-    graph.until(reset.service_is_ready)
-    answer = reset.call_async(Trigger.Request())
-    graph.until(answer.done)
-    assert answer.result().success
+    assert graph.call(probe, Trigger, "laser/reset").success
+    graph.spin_for(0.3)
+    assert device.dac0_v == 0.0, "the command still stands"
+    command_w[0] = 0.0
+    graph.until(lambda: arm(graph, probe).success)
+    command_w[0] = 1.0
     graph.until(lambda: device.dac0_v == 2.0, what="light again")
 
 
 def test_a_device_that_is_lost_ends_the_node_with_one_line(graph: Graph, device: LabJackEmulator) -> None:
-    process = started(graph, device)
+    bench = Bench(graph, device)
     del device.registers[1000]
-    graph.until(lambda: process.poll() is not None, 20.0, "the end of the node")
-    assert process.returncode == 1
-    assert process.stderr is not None
-    lines = process.stderr.read().splitlines()
-    assert "zero power could not be set" in lines[0] and "register 1000 cannot be written" in lines[-1]
+    lines = bench.lines()
+    assert bench.process.returncode == 1
+    assert "zero power could not be set" in lines[-2] and "register 1000 cannot be written" in lines[-1]
+
+
+def test_a_connection_that_is_reset_is_dark_at_once_over_a_new_one(graph: Graph, device: LabJackEmulator) -> None:
+    bench = Bench(graph, device)
+    device.resets = 1
+    began_s = time.monotonic()
+    graph.until(lambda: device.dac0_v == 0.0, 1.0, "darkness without the watchdog")
+    assert time.monotonic() - began_s < 0.2
+    lines = bench.lines()
+    assert bench.process.returncode == 1
+    assert "cannot be written" in lines[-1] and not any("zero power could not be set" in line for line in lines)
+
+
+def test_a_device_that_answers_no_more_is_told_from_one_that_is_dark(graph: Graph, device: LabJackEmulator) -> None:
+    bench = Bench(graph, device, timeout_s=0.1)
+    device.mute = True
+    lines = bench.lines()
+    assert "zero power could not be set" in lines[-2]
+    assert device.dac0_v == 0.0, "it heard, and answered not"
 
 
 def test_a_laser_without_calibration_or_on_simulated_time_does_not_start(graph: Graph) -> None:
@@ -273,17 +317,11 @@ def test_a_laser_without_calibration_or_on_simulated_time_does_not_start(graph: 
 
 
 def test_the_limit_is_never_above_what_the_device_can_give(graph: Graph, device: LabJackEmulator) -> None:
-    settings = {"host": "127.0.0.1", "port": device.port, "volts_per_watt": 10.0, "timeout_s": 0.5}
-    graph.add(
-        Laser,
-        device="labjack",
-        temperature_required=False,
-        max_power_w=2.0,
-        **{f"labjack.{k}": v for k, v in settings.items()},
-    )
+    graph.add(Laser, max_power_w=2.0, **on(device, volts_per_watt=10.0))
     probe = graph.probe()
     commands = probe.advertise(Float64, "laser/power_command")
     power = graph.collect(Float64, "laser/power", probe)
+    assert arm(graph, probe).success
     probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
     graph.until(lambda: power.data and power.data[-1] == 0.5)
     assert device.dac0_v == 5.0

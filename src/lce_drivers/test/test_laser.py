@@ -11,7 +11,7 @@ LIMITS = PowerLimits(max_power_w=2.0, command_timeout_s=0.1)
 
 def after(power_w: float, limits: PowerLimits = LIMITS) -> tuple[float, State]:
     guard = PowerGuard(limits)
-    guard.command(power_w, 1.0)
+    guard.command(power_w, 1.0, 1.0)
     return guard.power_w(1.01, 1.01), guard.state
 
 
@@ -38,18 +38,18 @@ def test_what_is_not_a_power_gives_zero(command: float) -> None:
 
 def test_an_invalid_command_ends_a_valid_one_until_the_next() -> None:
     guard = PowerGuard(LIMITS)
-    guard.command(1.0, 0.0)
+    guard.command(1.0, 0.0, 0.0)
     assert guard.power_w(0.01, 0.01) == 1.0
-    guard.command(math.nan, 0.012)
+    guard.command(math.nan, 0.012, 0.012)
     assert guard.power_w(0.02, 0.02) == 0.0
-    guard.command(1.0, 0.022)
+    guard.command(1.0, 0.022, 0.022)
     assert guard.power_w(0.03, 0.03) == 1.0
     assert guard.invalid_commands == 1
 
 
 def test_a_command_of_exactly_the_time_out_still_counts_and_an_older_one_does_not() -> None:
     guard = PowerGuard(LIMITS)
-    guard.command(1.0, 1.0)
+    guard.command(1.0, 1.0, 1.0)
     assert guard.power_w(1.1, 1.1) == 1.0
     assert guard.power_w(1.11, 1.11) == 0.0
     assert guard.state is State.STALE
@@ -57,13 +57,13 @@ def test_a_command_of_exactly_the_time_out_still_counts_and_an_older_one_does_no
 
 def test_a_late_tick_sees_the_true_age_of_the_command() -> None:
     guard = PowerGuard(LIMITS)
-    guard.command(1.0, 1.0)
+    guard.command(1.0, 1.0, 1.0)
     assert guard.power_w(1.05, 1.25) == 0.0
 
 
 def test_a_command_of_the_same_instant_waits_for_the_next_tick() -> None:
     guard = PowerGuard(LIMITS)
-    guard.command(1.0, 1.0)
+    guard.command(1.0, 1.0, 1.0)
     assert guard.power_w(1.0, 1.0) == 0.0
     assert guard.power_w(1.01, 1.01) == 1.0
 
@@ -72,14 +72,45 @@ def test_a_rise_is_slewed_and_a_fall_is_not() -> None:
     guard = PowerGuard(PowerLimits(2.0, slew_w_per_s=10.0))
     powers = []
     for k in range(8):
-        guard.command(0.25 if k < 5 else 0.05, k * 0.01)
+        guard.command(0.25 if k < 5 else 0.05, k * 0.01, k * 0.01)
         powers.append(guard.power_w((k + 1) * 0.01, (k + 1) * 0.01))
     assert np.allclose(powers, [0.0, 0.1, 0.2, 0.25, 0.25, 0.05, 0.05, 0.05])
 
 
+def test_who_commands_light_has_to_say_when_it_ends() -> None:
+    for command, fault in ((1.0, "no command for 0.5 s after one of 1 W"), (0.0, None)):
+        guard = PowerGuard(LIMITS)
+        guard.command(command, 1.0, 1.0)
+        for k in range(1, 51):
+            guard.power_w(1.0 + 0.01 * k, 1.0 + 0.01 * k)
+            assert guard.fault(1.0 + 0.01 * k) is None, "a short silence is a pause"
+        guard.power_w(1.52, 1.52)
+        assert guard.fault(1.52) == fault
+        guard.forget()
+        assert guard.power_w(1.53, 1.53) == 0.0 and guard.fault(1.53) is None
+
+
+def test_a_command_from_the_future_gives_zero_for_nobody_knows_its_age() -> None:
+    guard = PowerGuard(LIMITS)
+    guard.command(1.0, 1.004, now_s=1.0)
+    assert guard.power_w(1.01, 1.01) == 1.0, "a few ms are none"
+    guard.command(1.0, 1.026, now_s=1.02)
+    assert guard.power_w(1.03, 1.03) == 0.0 and guard.state is State.AHEAD and guard.invalid_commands == 1
+    assert guard.power_w(9.0, 9.0) == 0.0, "nor when its time has come"
+
+
+def test_the_command_that_arming_asks_for_is_the_newest_while_it_is_fresh() -> None:
+    guard = PowerGuard(LIMITS)
+    assert guard.commanded_w(1.0) == 0.0
+    guard.command(1.5, 1.0, 1.0)
+    assert guard.commanded_w(1.0) == guard.commanded_w(1.1) == 1.5 and guard.commanded_w(1.2) == 0.0
+    guard.command(math.nan, 1.2, 1.2)
+    assert guard.commanded_w(1.2) == 0.0
+
+
 def test_limits_can_be_changed_while_the_laser_shines() -> None:
     guard = PowerGuard(LIMITS)
-    guard.command(1.5, 0.0)
+    guard.command(1.5, 0.0, 0.0)
     assert guard.power_w(0.01, 0.01) == 1.5
     guard.limits = PowerLimits(1.0)
     assert guard.power_w(0.02, 0.02) == 1.0
@@ -92,6 +123,7 @@ def test_limits_can_be_changed_while_the_laser_shines() -> None:
         ((math.nan,), "max_power_w"),
         ((1.0, 0.0), "command_timeout_s"),
         ((1.0, 0.1, math.inf), "slew"),
+        ((1.0, 0.1, 0.0, 0.1), "fault_after_s"),
     ],
 )
 def test_limits_that_are_none_are_refused(arguments: tuple[float, ...], name: str) -> None:
@@ -112,7 +144,7 @@ def test_whatever_is_commanded_the_power_is_finite_and_within_limits(seed: int) 
         for _ in range(random.integers(0, 3)):
             command = random.choice(nonsense) if random.random() < 0.3 else random.uniform(0.0, 4.0)
             newest = now
-            guard.command(float(command), now)
+            guard.command(float(command), now, now)
         now += random.choice([0.001, 0.01, 0.01, 0.01, 0.2, 3.0])
         power = guard.power_w(now, now)
         assert math.isfinite(power) and 0.0 <= power <= guard.limits.max_power_w

@@ -9,6 +9,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
 
 from lce_drivers.laser.laser_node import Laser
 from lce_ros.node import LceNode, NodeFault
@@ -17,6 +18,8 @@ from lce_ros.testing import Graph, Received
 pytestmark = pytest.mark.alone
 
 LASER = "lce_drivers.laser.laser_node"
+ALONE = {"temperature_required": False, "max_tick_gap_s": 0.5}
+"""No camera, and a machine that others load: it stands still now and then."""
 
 
 class Commander:
@@ -38,7 +41,7 @@ class Commander:
 
 
 def shining(graph: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.Popen[str]]:
-    process = graph.start(LASER, temperature_required="false")
+    process = graph.start(LASER, **ALONE)
     commander = Commander(graph)
     commander.command = power_w
     graph.until(lambda: commander.last() == power_w, 20.0, "the laser shining")
@@ -47,7 +50,7 @@ def shining(graph: Graph, power_w: float = 0.5) -> tuple[Commander, subprocess.P
 
 def test_the_laser_follows_in_100_hz(graph: Graph) -> None:
     commander = Commander(graph, sim_time=True)
-    graph.add(Laser, temperature_required=False, sim_time=True)
+    graph.add(Laser, sim_time=True, **ALONE)
     commander.command = 0.5
     graph.lockstep(102)
     assert len(commander.power) == 102
@@ -56,7 +59,7 @@ def test_the_laser_follows_in_100_hz(graph: Graph) -> None:
 
 def test_zero_until_the_first_command_and_after_the_last(graph: Graph) -> None:
     commander = Commander(graph)
-    graph.add(Laser, temperature_required=False)
+    graph.add(Laser, **ALONE)
     graph.until(lambda: len(commander.power) >= 20)
     assert set(commander.power.data) == {0.0}
     commander.command = 1.0
@@ -67,7 +70,7 @@ def test_zero_until_the_first_command_and_after_the_last(graph: Graph) -> None:
 
 def test_the_time_out_is_exact_in_simulated_time(graph: Graph) -> None:
     commander = Commander(graph, sim_time=True)
-    graph.add(Laser, temperature_required=False, sim_time=True)
+    graph.add(Laser, sim_time=True, **ALONE)
     graph.until(lambda: commander.publisher.get_subscription_count() == 1)
     commander.command = 1.0
     graph.lockstep(10)
@@ -80,7 +83,7 @@ def test_the_time_out_is_exact_in_simulated_time(graph: Graph) -> None:
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf, -0.5])
 def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(graph: Graph, command: float) -> None:
     commander = Commander(graph)
-    graph.add(Laser, temperature_required=False)
+    graph.add(Laser, **ALONE)
     diagnostics = graph.collect(DiagnosticArray, "/diagnostics", commander.node)
     commander.command = 0.5
     graph.until(lambda: commander.last() == 0.5)
@@ -100,7 +103,7 @@ def test_nonsense_gives_zero_and_an_error_in_the_diagnostics(graph: Graph, comma
 
 def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(graph: Graph) -> None:
     commander = Commander(graph)
-    laser = graph.add(Laser, temperature_required=False, max_power_w=1.5)
+    laser = graph.add(Laser, max_power_w=1.5, **ALONE)
     commander.command = 50.0
     graph.until(lambda: commander.last() == 1.5)
     [result] = laser.set_parameters([Parameter("max_power_w", value=0.75)])
@@ -113,23 +116,88 @@ def test_a_command_above_the_limit_is_limited_and_the_limit_can_be_lowered_live(
     [("max_power_w", 11.0), ("max_power_w", math.nan), ("command_timeout_s", 5.0), ("device", "x")],
 )
 def test_parameters_out_of_range_are_refused_live_and_at_the_start(graph: Graph, name: str, value: object) -> None:
-    laser = graph.add(Laser, temperature_required=False)
+    laser = graph.add(Laser, **ALONE)
     [result] = laser.set_parameters([Parameter(name, value=value)])
     assert not result.successful and name in result.reason
     with pytest.raises(ValueError, match=name):
         Laser(context=graph.context, parameter_overrides=[Parameter(name, value=value)])
 
 
-def test_two_commanders_are_reported(graph: Graph) -> None:
+def test_a_commander_that_is_not_heard_yet_is_reported(graph: Graph) -> None:
     first, second = Commander(graph), graph.probe("rival")
-    graph.add(Laser, temperature_required=False)
+    graph.add(Laser, **ALONE)
     second.advertise(Float64, "laser/power_command")
     diagnostics = graph.collect(DiagnosticArray, "/diagnostics", first.node)
     graph.until(
-        lambda: any("2 nodes command" in s.message for m in diagnostics.messages for s in m.status),
+        lambda: any(
+            "2 nodes could publish laser/power_command" in s.message for m in diagnostics.messages for s in m.status
+        ),
         4.0,
         "the report",
     )
+
+
+def test_two_commanders_are_a_fault_before_the_bigger_one_wins(graph: Graph) -> None:
+    commander, process = shining(graph)
+    rival = graph.probe("rival")
+    rivals = rival.advertise(Float64, "laser/power_command")
+    graph.until(lambda: rivals.get_subscription_count() >= 1)
+    before = len(commander.power)
+    timer = rival.every(0.02, lambda: rivals.publish(Float64(data=1.5)))
+    graph.until(lambda: commander.last() == 0.0, 1.0, "darkness")
+    graph.spin_for(0.3)
+    assert sum(power > 0.5 for power in commander.power.data[before:]) <= 2
+    assert set(commander.power.data[-20:]) == {0.0}
+    timer.cancel()
+    graph.spin_for(1.2)
+    assert graph.call(commander.node, Trigger, "laser/reset").success
+    process.terminate()
+
+
+def test_a_commander_killed_and_started_again_is_no_rival_of_itself(graph: Graph) -> None:
+    """The middleware goes on to count the killed one for seconds."""
+    graph.add(Laser, **ALONE)
+    watcher = graph.probe("watcher")
+    power = graph.collect(Float64, "laser/power", watcher)
+    player = {"protocol": "hold:power=0.5,hold=20,rest=0.5", "lead_s": 0.2}
+    first = graph.start("lce_experiment.nodes.experiment_player_node", **player)
+    graph.until(lambda: power.data and power.data[-1] == 0.5, 20.0, "light")
+    graph.kill(first)
+    graph.until(lambda: power.data[-1] == 0.0, 1.0, "darkness")
+    graph.spin_for(0.7)
+    assert graph.call(watcher, Trigger, "laser/reset").success
+    assert graph.call(watcher, SetBool, "laser/arm", data=True).success
+    graph.start("lce_experiment.nodes.experiment_player_node", **player)
+    graph.until(lambda: power.data[-1] == 0.5, 20.0, "light of the second one")
+
+
+def test_a_laser_that_was_held_up_with_the_light_on_stays_dark(graph: Graph) -> None:
+    commander, process = shining(graph)
+    process.send_signal(signal.SIGSTOP)
+    graph.spin_for(0.8)
+    commander.power.messages.clear()
+    process.send_signal(signal.SIGCONT)
+    graph.until(lambda: len(commander.power) > 50, what="a laser that speaks again")
+    # What it had computed when it was stopped it may still publish.
+    assert not any(commander.power.data[1:])
+    answer = graph.call(commander.node, Trigger, "laser/reset")
+    assert answer.success and "stood still" in answer.message
+    refusal = graph.call(commander.node, SetBool, "laser/arm", data=True)
+    assert not refusal.success and "0.5 W are commanded" in refusal.message
+
+
+def test_a_commander_that_was_held_up_with_the_light_on_gets_no_light_back(graph: Graph) -> None:
+    graph.add(Laser, **ALONE)
+    power = graph.collect(Float64, "laser/power", graph.probe("watcher"))
+    player = graph.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=0.5,hold=60,rest=0.5")
+    graph.until(lambda: power.data and power.data[-1] == 0.5, 20.0, "light")
+    player.send_signal(signal.SIGSTOP)
+    graph.spin_for(1.0)
+    assert power.data[-1] == 0.0
+    player.send_signal(signal.SIGCONT)
+    power.messages.clear()
+    graph.until(lambda: len(power) > 100)
+    assert not any(power.data)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -174,7 +242,7 @@ class Failing(Laser):
             {statement}
 sys.exit(run(Failing))
 """
-    process = graph.start(LASER, temperature_required="false", code=code)
+    process = graph.start(LASER, **ALONE, code=code)
     commander = Commander(graph)
     commander.command = 0.5
     graph.until(lambda: commander.last() == 0.5, 20.0, "the laser shining")
@@ -184,7 +252,7 @@ sys.exit(run(Failing))
 
 
 def test_a_clock_that_stands_still_ends_the_node(graph: Graph) -> None:
-    laser = graph.add(Laser, temperature_required=False)
+    laser = graph.add(Laser, **ALONE)
     graph.spin_for(0.3)
     for timer in laser.timers:
         if timer.clock is laser.get_clock():
@@ -194,7 +262,7 @@ def test_a_clock_that_stands_still_ends_the_node(graph: Graph) -> None:
 
 
 def test_a_bad_parameter_is_one_line_and_status_1(graph: Graph) -> None:
-    process = graph.start(LASER, temperature_required="false", max_power_w=99.0)
+    process = graph.start(LASER, **ALONE, max_power_w=99.0)
     out, error = process.communicate(timeout=20)
     assert process.returncode == 1
     assert out == "" and error.count("\n") == 1

@@ -56,9 +56,10 @@ class LceNode(Node):
     missed_ticks : ticks left out because the node was busy or the clock leapt; reported in /diagnostics.
     tick_s : nominal time [s] of the timer callback that runs: the multiple of its period that was due. Under
         load a callback comes late, its nominal time does not.
-    sent_s : time [s] at which the message whose callback runs was published, by its publisher's clock and never later
-        than now. After a stall old messages wait in the queue: they are as old as this says. Simulated time stands
-        still while a message is under way, there it is the present.
+    sent_s : time [s] at which the message whose callback runs was published, by its publisher's clock. After a stall
+        old messages wait in the queue: they are as old as this says. Simulated time stands still while a message is
+        under way, there it is the present.
+    sent_number : number of that message among those of its publisher, from 1; None if the middleware counts none.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
@@ -67,6 +68,7 @@ class LceNode(Node):
         self.received: dict[str, int] = {}
         self.ticks = self.missed_ticks = 0
         self.tick_s = self.sent_s = 0.0
+        self.sent_number: int | None = None
         self._rules: dict[str, Rule] = {}
         self._health = Health(self.get_fully_qualified_name())
         self.add_on_set_parameters_callback(self._check)
@@ -115,8 +117,8 @@ class LceNode(Node):
         self.received.setdefault(name, 0)
 
         def receive(message: Any, info: dict[str, Any]) -> None:
-            now_s = self.now_s()
-            self.sent_s = now_s if self.on_sim_time else min(now_s, info["source_timestamp"] * 1e-9)
+            self.sent_s = self.now_s() if self.on_sim_time else info["source_timestamp"] * 1e-9
+            self.sent_number = info["publication_sequence_number"]
             callback(message)
             self.received[name] += 1
 
@@ -153,14 +155,15 @@ class LceNode(Node):
         upper: float | None = None,
         choices: Sequence[str] = (),
         read_only: bool = False,
+        only_lower: bool = False,
     ) -> Any:
-        """Declare a parameter and return its value.
+        """Declare a parameter and return its value; one that is ``only_lower`` can be lowered and never raised.
 
         Raises ValueError naming a value that is outside its range or choices. The same rule refuses a later ``ros2
         param set`` with the same words.
         """
         lower, upper = (None if bound is None else float(bound) for bound in (lower, upper))
-        rule = Rule(name, unit, lower, upper, tuple(choices))
+        rule = Rule(name, unit, lower, upper, tuple(choices), only_lower)
         self._rules[name] = rule
         descriptor = ParameterDescriptor(
             description=f"{description} [{unit}]" if unit else description,
@@ -199,7 +202,8 @@ class LceNode(Node):
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
             rule = self._rules.get(parameter.name)
-            if rule is not None and (refusal := rule.refusal(parameter.value)) is not None:
+            now = self.value(parameter.name) if self.has_parameter(parameter.name) else None
+            if rule is not None and (refusal := rule.refusal(parameter.value, now)) is not None:
                 return SetParametersResult(successful=False, reason=refusal)
         return SetParametersResult(successful=True)
 

@@ -8,20 +8,27 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """Range or choices of a parameter; ``unit`` goes into the messages."""
+    """Range or choices of a parameter; ``unit`` goes into the messages.
+
+    A parameter that is ``only_lower`` has its value from the start of its node; later it can be lowered, never raised.
+    """
 
     name: str
     unit: str = ""
     lower: float | None = None
     upper: float | None = None
     choices: tuple[str, ...] = ()
+    only_lower: bool = False
 
     def __post_init__(self) -> None:
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
             raise ValueError(f"{self.name}: the range [{self.lower}, {self.upper}] is empty")
 
-    def refusal(self, value: Any) -> str | None:
-        """Why ``value`` is refused, naming it and the range; None if it is accepted."""
+    def refusal(self, value: Any, now: Any = None) -> str | None:
+        """Why ``value`` is refused, naming it and the range; None if it is accepted.
+
+        ``now`` is the present value, None before there is one.
+        """
         if self.choices and value not in self.choices:
             return f"{self.name}: {value!r} is not one of {', '.join(self.choices)}"
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -29,6 +36,8 @@ class Rule:
         if math.isnan(value) or not self._low <= value <= self._high:
             allowed = f"[{self._low:g}, {self._high:g}]"
             return f"{self.name}: {value:g}{self._unit} is outside {allowed}{self._unit}"
+        if self.only_lower and now is not None and value > now:
+            return f"{self.name}: {value:g}{self._unit} is above {now:g}{self._unit}; it can only be lowered"
         return None
 
     @property
@@ -38,7 +47,7 @@ class Rule:
             return f"one of {', '.join(self.choices)}"
         if self.lower is None and self.upper is None:
             return ""
-        return f"within [{self._low:g}, {self._high:g}]{self._unit}"
+        return f"within [{self._low:g}, {self._high:g}]{self._unit}{'; can only be lowered' if self.only_lower else ''}"
 
     @property
     def _unit(self) -> str:

@@ -1,25 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laser power as the analogue output of a LabJack T7 or T8, over Modbus TCP.
 
-Registers are big-endian pairs (function 3 reads, 16 writes). The device's watchdog is armed with a key that
-only this process writes: when the process dies or the cable breaks, the device itself takes DAC0 to 0 V. It
-counts in whole seconds, two at least. It backs up the 100 ms of the laser node and a hardware interlock; it does
-not replace them.
+Registers are big-endian pairs. The device's watchdog is armed with a key that only this process writes: when the
+process dies or the cable breaks, the device itself takes DAC0 to 0 V. It counts in whole seconds, two at least. It
+backs up the 100 ms of the laser node and a hardware interlock; it does not replace them. Nothing in the device tells
+that it has struck, except DAC0, which then is not what was written.
 """
 
-import logging
 import math
 import struct
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
+
+from lce_drivers.laser.modbus import Registers
 
 DAC0: Final = 1000
 TEST: Final = 55100
 TEST_VALUE: Final = 0x00112233
 PRODUCT_ID: Final = 60000
 PRODUCTS: Final = (7.0, 8.0)
+POWER_UP_IS_FACTORY: Final = 49000
+SET_POWER_UP_TO_FACTORY: Final = 49004
 WATCHDOG_ENABLE: Final = 61600
+WATCHDOG_ADVANCED: Final = 61602
 WATCHDOG_TIMEOUT_S: Final = 61604
+WATCHDOG_STARTUP_DELAY_S: Final = 61606
 WATCHDOG_STRICT_ENABLE: Final = 61610
 WATCHDOG_STRICT_KEY: Final = 61612
 WATCHDOG_STRICT_CLEAR: Final = 61614
@@ -27,58 +32,8 @@ WATCHDOG_RESET_ENABLE: Final = 61620
 WATCHDOG_DAC0_ENABLE: Final = 61640
 WATCHDOG_DAC0: Final = 61642
 KEY: Final = 0x4C4345
-
-
-class Registers(Protocol):
-    """Pairs of 16-bit registers. Methods raise OSError if the device does not answer."""
-
-    def read(self, address: int) -> tuple[int, int]:
-        """The two registers from ``address`` on."""
-
-    def write(self, address: int, pair: tuple[int, int]) -> None:
-        """Set the two registers from ``address`` on."""
-
-    def close(self) -> None:
-        """Hang up."""
-
-
-class ModbusRegisters:
-    """Registers over Modbus TCP by pymodbus."""
-
-    def __init__(self, host: str, port: int, timeout_s: float) -> None:
-        from pymodbus.client import ModbusTcpClient
-        from pymodbus.exceptions import ModbusException
-
-        # What goes wrong is in our errors; pymodbus would say it once more on stderr.
-        logging.getLogger("pymodbus").addHandler(logging.NullHandler())
-        self._where = f"LabJack at {host}:{port}"
-        self._failure = ModbusException
-        self._client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)
-        if not self._client.connect():
-            raise ConnectionError(f"{self._where} does not answer")
-
-    def read(self, address: int) -> tuple[int, int]:
-        """The two registers from ``address`` on."""
-        try:
-            answer = self._client.read_holding_registers(address, count=2)
-        except self._failure as error:
-            raise ConnectionError(f"{self._where}: register {address} cannot be read ({error})") from error
-        if answer.isError() or len(answer.registers) != 2:
-            raise OSError(f"{self._where}: register {address} cannot be read ({answer})")
-        return answer.registers[0], answer.registers[1]
-
-    def write(self, address: int, pair: tuple[int, int]) -> None:
-        """Set the two registers from ``address`` on."""
-        try:
-            answer = self._client.write_registers(address, list(pair))
-        except self._failure as error:
-            raise ConnectionError(f"{self._where}: register {address} cannot be written ({error})") from error
-        if answer.isError():
-            raise OSError(f"{self._where}: register {address} cannot be written ({answer})")
-
-    def close(self) -> None:
-        """Hang up."""
-        self._client.close()
+READBACK_V: Final = 0.01
+"""Largest difference between a voltage as written and as read back; a step of the T7's output is 1.2 mV."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,14 +70,19 @@ class Calibration:
 class LabJackLaser:
     """A PowerOutput on DAC0, which is 0 V before this returns and after ``close``."""
 
+    makes_light = True
+
     def __init__(self, registers: Registers, calibration: Calibration, watchdog_s: int) -> None:
         if watchdog_s < 2:
             raise ValueError(f"labjack.watchdog_s: {watchdog_s} s is outside [2, inf) s")
         self._registers = registers
         self._calibration = calibration
+        self._written_v = 0.0
+        self._lost = False
         try:
             self._recognise()
             self._put_float(DAC0, 0.0)
+            self._set_power_up()
             self._arm(watchdog_s)
         except OSError:
             registers.close()
@@ -135,12 +95,36 @@ class LabJackLaser:
 
     def write(self, power_w: float) -> None:
         """Set the voltage for a power [W] and feed the watchdog."""
-        self._put_float(DAC0, self._calibration.voltage(power_w))
-        self._put(WATCHDOG_STRICT_CLEAR, KEY)
+        self._written_v = self._calibration.voltage(power_w)
+        try:
+            self._put_float(DAC0, self._written_v)
+            self._put(WATCHDOG_STRICT_CLEAR, KEY)
+        except OSError:
+            self._lost = True
+            raise
+
+    def mismatch(self) -> str | None:
+        """In which way the device is not as it was left by the last ``write``; None if it is."""
+        try:
+            shown_v, armed = self._get_float(DAC0), self._get(WATCHDOG_ENABLE)
+        except OSError:
+            self._lost = True
+            raise
+        if not abs(shown_v - self._written_v) <= READBACK_V:
+            hint = ": its watchdog has struck" if abs(shown_v) <= READBACK_V else ""
+            return f"DAC0 is {shown_v:g} V, not {self._written_v:g} V as written{hint}"
+        return None if armed == 1 else "the watchdog of the LabJack is off"
 
     def close(self) -> None:
-        """Set 0 V and hang up."""
+        """Set 0 V, over a new connection if the one in use is lost, and hang up."""
         try:
+            if not self._lost:
+                try:
+                    self._put_float(DAC0, 0.0)
+                    return
+                except OSError:
+                    pass
+            self._registers.reconnect()
             self._put_float(DAC0, 0.0)
         finally:
             self._registers.close()
@@ -151,10 +135,20 @@ class LabJackLaser:
         if (product := self._get_float(PRODUCT_ID)) not in PRODUCTS:
             raise OSError(f"product {product:g} is not a LabJack T7 or T8")
 
+    def _set_power_up(self) -> None:
+        """See that the outputs come up as they left the factory, at 0 V; in flash memory, written only if need be."""
+        if self._get(POWER_UP_IS_FACTORY) == 1:
+            return
+        self._put(SET_POWER_UP_TO_FACTORY, 1)
+        if self._get(POWER_UP_IS_FACTORY) != 1:
+            raise OSError(f"register {SET_POWER_UP_TO_FACTORY}: the outputs of the LabJack may come up lit")
+
     def _arm(self, watchdog_s: int) -> None:
         """Set the watchdog. Its settings are in flash memory, so only those that differ are written."""
         settings = {
+            WATCHDOG_ADVANCED: 0,
             WATCHDOG_TIMEOUT_S: watchdog_s,
+            WATCHDOG_STARTUP_DELAY_S: watchdog_s,
             WATCHDOG_RESET_ENABLE: 0,
             WATCHDOG_DAC0_ENABLE: 1,
             WATCHDOG_DAC0: _bits(0.0),

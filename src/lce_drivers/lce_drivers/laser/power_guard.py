@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from lce_drivers.laser.clock_watch import AHEAD_S
 from lce_ros.timed_value import TimedValue
 
 
@@ -16,11 +17,18 @@ class PowerOutput(Protocol):
     def max_power_w(self) -> float:
         """The most that the device can give [W]."""
 
+    @property
+    def makes_light(self) -> bool:
+        """Whether there is real light, which only a human may arm."""
+
     def write(self, power_w: float) -> None:
         """Set the optical power [W]."""
 
+    def mismatch(self) -> str | None:
+        """In which way the device is not as it was left by the last ``write``; None if it is."""
+
     def close(self) -> None:
-        """Set zero power and let go of the device."""
+        """Set zero power, over a new connection if need be, and let go of the device."""
 
 
 class State(Enum):
@@ -32,6 +40,7 @@ class State(Enum):
     SLEWING = "rising at the slew limit"
     STALE = "the command is stale: zero power"
     INVALID = "the command is not a power (NaN, infinite or negative): zero power"
+    AHEAD = "the command is stamped in the future, the clocks differ: zero power"
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +52,13 @@ class PowerLimits:
     max_power_w : [W].
     command_timeout_s : maximum age of a command [s].
     slew_w_per_s : fastest rise [W/s]; 0: not limited.
+    fault_after_s : age of a command for light [s] at which the silence after it is a fault.
     """
 
     max_power_w: float
     command_timeout_s: float = 0.1
     slew_w_per_s: float = 0.0
+    fault_after_s: float = 0.5
 
     def __post_init__(self) -> None:
         for name, value in (("max_power_w", self.max_power_w), ("slew_w_per_s", self.slew_w_per_s)):
@@ -55,6 +66,8 @@ class PowerLimits:
                 raise ValueError(f"{name}: {value:g} is not within [0, inf)")
         if not (math.isfinite(self.command_timeout_s) and self.command_timeout_s > 0.0):
             raise ValueError(f"command_timeout_s: {self.command_timeout_s:g} s is not within (0, inf)")
+        if not (math.isfinite(self.fault_after_s) and self.fault_after_s > self.command_timeout_s):
+            raise ValueError(f"fault_after_s: {self.fault_after_s:g} s is not above {self.command_timeout_s:g} s")
 
 
 class PowerGuard:
@@ -64,9 +77,11 @@ class PowerGuard:
 
         p = 0                                 no command, a > command_timeout_s, or c not finite or negative
         p = min(c, max_power_w, p' + slew_w_per_s * dt)   otherwise; p' is the power dt ago
+        fault                                 c > 0 and a > fault_after_s: who commands light has to say when it ends
 
     So p is always finite and within [0, max_power_w]. Only the rise is slewed: a fall is the safe direction
-    and happens at once. Time is an argument; ``state`` says why the last power was what it was.
+    and happens at once. A command stamped more than AHEAD_S ahead counts as invalid: nobody knows its age.
+    Time is an argument; ``state`` says why the last power was what it was.
     """
 
     def __init__(self, limits: PowerLimits) -> None:
@@ -74,18 +89,22 @@ class PowerGuard:
         self.state = State.WAITING
         self.invalid_commands = 0
         self._commands: TimedValue[float] = TimedValue()
+        self._ahead = False
+        self._command_w = 0.0
         self._power_w = 0.0
         self._applied_s = math.inf
 
-    def command(self, power_w: float, t_s: float) -> None:
-        """Take in a command [W] published at ``t_s`` [s]."""
-        if not _is_power(power_w):
+    def command(self, power_w: float, sent_s: float, now_s: float) -> None:
+        """Take in at ``now_s`` [s] a command [W] published at ``sent_s`` [s]."""
+        self._ahead = sent_s > now_s + AHEAD_S
+        if self._ahead or not _is_power(power_w):
             self.invalid_commands += 1
-        self._commands.put(power_w, t_s)
+        self._commands.put(math.nan if self._ahead else power_w, min(sent_s, now_s))
 
     def power_w(self, tick_s: float, now_s: float) -> float:
         """Power [W] for the tick at ``tick_s``; ``now_s`` [s] is later if the tick comes late."""
         command = self._commands.get(tick_s)
+        self._command_w = 0.0 if command is None or not _is_power(command) else command
         wanted, self.state = self._wanted(command, self._commands.age(now_s))
         ceiling = self._ceiling_w(max(0.0, now_s - self._applied_s))
         if wanted > ceiling:
@@ -98,6 +117,23 @@ class PowerGuard:
         """Whether the last power came from a fresh command; a command of zero and an invalid one count too."""
         return self.state not in (State.WAITING, State.STALE)
 
+    def fault(self, now_s: float) -> str | None:
+        """Whether the commander fell silent with the light on; to be asked after ``power_w``."""
+        if self._command_w > 0.0 and self._commands.age(now_s) > self.limits.fault_after_s:
+            return f"no command for {self.limits.fault_after_s:g} s after one of {self._command_w:g} W"
+        return None
+
+    def commanded_w(self, now_s: float) -> float:
+        """The newest command at ``now_s`` [s], before all limits [W]; 0 if it is stale or there is none."""
+        command = self._commands.get(math.inf)
+        fresh = self._is_fresh(self._commands.age(now_s))
+        return command if fresh and command is not None and _is_power(command) else 0.0
+
+    def forget(self) -> None:
+        """Forget every command, as before the first one."""
+        self._commands.clear()
+        self._command_w, self.state = 0.0, State.WAITING
+
     def cut(self, now_s: float) -> float:
         """Override the last power with zero [W], and return it; a later rise begins there."""
         self._power_w, self._applied_s = 0.0, now_s
@@ -107,12 +143,15 @@ class PowerGuard:
         if command is None:
             return 0.0, State.WAITING
         if not _is_power(command):
-            return 0.0, State.INVALID
-        if not age_s <= self.limits.command_timeout_s + 1e-9:
+            return 0.0, State.AHEAD if self._ahead else State.INVALID
+        if not self._is_fresh(age_s):
             return 0.0, State.STALE
         if command > self.limits.max_power_w:
             return self.limits.max_power_w, State.LIMITED
         return command, State.FOLLOWING
+
+    def _is_fresh(self, age_s: float) -> bool:
+        return age_s <= self.limits.command_timeout_s + 1e-9
 
     def _ceiling_w(self, dt_s: float) -> float:
         if self.limits.slew_w_per_s == 0.0:

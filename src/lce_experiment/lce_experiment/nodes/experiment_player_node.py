@@ -2,10 +2,12 @@
 """Node `experiment_player`: plays a protocol or a wave file as laser power, and ends.
 
 Publishes   laser/power_command  std_msgs/Float64, W, 100 Hz, as soon as its listeners subscribe
-Subscribes  /diagnostics         diagnostic_msgs/DiagnosticArray: an error of the laser ends the player
+Subscribes  laser/armed          std_msgs/Bool, latched: the player waits until it is true, and ends when it is not
+            /diagnostics         diagnostic_msgs/DiagnosticArray: an error of the laser ends the player
 Parameters  protocol           a PROTOCOL of `lce run --help`, one run: pulse:amp=0.2,th=30, or a wave.csv
             wait_for_recorder  wait for the laser and the recorder, not for the laser alone
             patience_s         s, maximum time to wait for them
+            arming_patience_s  s, maximum time to wait for somebody to arm the laser
             lead_s             s, dark time before and after the waveform
             progress           print the seconds played on stdout, for `lce run`
 

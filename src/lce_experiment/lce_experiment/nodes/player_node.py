@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the nodes that play an experiment share: they wait for their listeners, keep time, and end."""
+"""What the nodes that play an experiment share: they wait for their listeners and for the laser, keep time, and end."""
 
 from __future__ import annotations
 
@@ -7,21 +7,29 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from std_msgs.msg import Bool
+
 from lce_data.errors import LceError
+from lce_data.topics import ARMED
 from lce_experiment.protocols import RATE_HZ
 from lce_experiment.registry import LASER
 from lce_ros.node import LceNode
 
 _REPORT_S = 0.25
+_REASON_S = 1.5
+"""Time between a laser that is no longer armed and the end of the player [s]: a reason comes within a second."""
+
+ARM_CALL = "ros2 service call {}/laser/arm std_srvs/srv/SetBool '{{data: true}}'"
+"""The command that arms the laser of a namespace."""
 
 
 class Player(LceNode):
-    """A node that plays for a known time, from the moment its listeners subscribe, and then is finished.
+    """A node that plays for a known time, from the moment its listeners subscribe and the laser is armed.
 
-    A fault of the laser in its namespace ends it: the rest would be recorded in the dark.
+    A fault of the laser in its namespace ends it, and so does disarming: the rest would be recorded in the dark.
 
-    Declares patience_s, lead_s and progress. The subclass calls `begin` once; the base calls `play` 100 times a second
-    with the time since the beginning. Times before 0 and after `duration_s` are the lead.
+    Declares patience_s, arming_patience_s, lead_s and progress. The subclass calls `begin` once; the base calls `play`
+    100 times a second with the time since the beginning. Times before 0 and after `duration_s` are the lead.
 
     Attributes
     ----------
@@ -34,6 +42,9 @@ class Player(LceNode):
         self._on_finish = on_finish
         self._patience_s = self.declare(
             "patience_s", 30.0, "maximum time to wait for the listeners", unit="s", lower=0.0, read_only=True
+        )
+        self._arming_patience_s = self.declare(
+            "arming_patience_s", 600.0, "maximum time to wait for laser/arm", unit="s", lower=0.0, read_only=True
         )
         self._lead_s = self.declare(
             "lead_s",
@@ -48,9 +59,13 @@ class Player(LceNode):
         self._asked_s: float | None = None
         self._began_s: float | None = None
         self._reported_s = 0.0
+        self._armed = self._asked_to_arm = False
+        self._waiting_since_s: float | None = None
+        self._dark_since_s: float | None = None
         self.played_s = self.total_s = 0.0
         self.finished = False
         self.listen_for_errors(LASER.name, self._stop)
+        self.listen(Bool, ARMED, self._take_armed, latched=True)
 
     def begin(self, duration_s: float, listeners: Mapping[str, Sequence[str]]) -> None:
         """Play for ``duration_s`` [s] once the nodes named in ``listeners`` subscribe to its topics."""
@@ -67,15 +82,20 @@ class Player(LceNode):
     def _stop(self, error: str) -> None:
         raise LceError(f"{self.get_name()}: stopped by the laser: {error}")
 
+    def _take_armed(self, message: Bool) -> None:
+        self._armed, self._dark_since_s = message.data, None if message.data else self.now_s()
+
     def _tick(self) -> None:
         now_s = self.now_s()
         if self._began_s is None:
-            if not self._all_listen(now_s):
+            if not (self._all_listen(now_s) and self._may_shine(now_s)):
                 return
             self._began_s = now_s
         self.played_s = now_s - self._began_s
         if self.finished:
             return
+        if self._dark_since_s is not None and now_s - self._dark_since_s > _REASON_S:
+            raise LceError(f"{self.get_name()}: stopped: the laser was disarmed")
         self.play(self.played_s - self._lead_s)
         if self._progress and (self.played_s >= self._reported_s or self.played_s >= self.total_s):
             self._reported_s = self.played_s + _REPORT_S
@@ -94,6 +114,19 @@ class Player(LceNode):
         if now_s - self._asked_s > self._patience_s:
             names = ", ".join(sorted({name for _, name in missing or self._listeners}))
             raise LceError(f"{self.get_name()}: no {names} after {self._patience_s:g} s")
+        return False
+
+    def _may_shine(self, now_s: float) -> bool:
+        """Whether the laser is armed. Raises LceError when patience is over; it is that of a human."""
+        if self._armed:
+            return True
+        if self._waiting_since_s is None:
+            self._waiting_since_s = now_s
+        elif not self._asked_to_arm and now_s - self._waiting_since_s > 1.0:
+            self._asked_to_arm = True
+            self.get_logger().warning(f"waiting for laser/arm: {ARM_CALL.format(self.get_namespace().rstrip('/'))}")
+        if now_s - self._waiting_since_s > self._arming_patience_s:
+            raise LceError(f"{self.get_name()}: nobody armed the laser within {self._arming_patience_s:g} s")
         return False
 
     def _subscribers(self) -> set[tuple[str, str]]:

@@ -2,13 +2,15 @@
 """Node `target_player`: sets targets at their times, and ends.
 
 Publishes   target_displacement  std_msgs/Float64, m, latched, on change
-Subscribes  /diagnostics         diagnostic_msgs/DiagnosticArray: an error of the laser ends the player
+Subscribes  laser/armed          std_msgs/Bool, latched: the player waits until it is true, and ends when it is not
+            /diagnostics         diagnostic_msgs/DiagnosticArray: an error of the laser ends the player
 Parameters  time_s             s, when each target is set; rising, from 0
             target_m           m, the targets
             duration_s         s, when the last one ends
             wait_for           nodes that must subscribe to the targets
             wait_for_recorder  wait until the recorder has a message of each sensor
             patience_s         s, maximum time to wait for them
+            arming_patience_s  s, maximum time to wait for somebody to arm the laser
             lead_s             s, time without a target before, and with the last one after
             progress           print the seconds played on stdout, for `lce control`
 

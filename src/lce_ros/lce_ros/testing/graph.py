@@ -96,6 +96,15 @@ class Graph:
         while (left := deadline - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
 
+    def call(self, node: LceNode, srv_type: Any, name: str, **fields: Any) -> Any:
+        """The answer of a service to the request with these fields."""
+        client = node.create_client(srv_type, name)
+        self.until(client.service_is_ready, 20.0, name)
+        answer = client.call_async(srv_type.Request(**fields))
+        self.until(answer.done, what=f"an answer of {name}")
+        node.destroy_client(client)
+        return answer.result()
+
     def connect(self) -> None:
         """Spin until the nodes of this process have found each other."""
         self.until(self._connected, what="discovery")
