@@ -57,10 +57,11 @@ class Served:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        self.address = f"http://127.0.0.1:{port}"
         words = ["workbench", str(folder), "--model", str(folder / "model.yaml"), "--port", str(port)]
         self.began = time.perf_counter()
-        self.process = subprocess.Popen([sys.executable, "-m", "lce_app.cli.main", *words], stdout=subprocess.DEVNULL)
+        self.process = subprocess.Popen([sys.executable, "-m", "lce_app.cli.main", *words], stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().split()[0]
         while not self._answers():
             time.sleep(0.01)
         page.goto(self.address)

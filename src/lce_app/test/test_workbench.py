@@ -3,6 +3,7 @@
 
 import asyncio
 import json
+import re
 import socket
 import struct
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
@@ -221,28 +222,46 @@ def test_a_link_with_the_former_name_of_a_tab_opens_it(folder: Path, former: str
     tell(folder, story, former)
 
 
+BENCH = {"host": "bench.lab:8080"}
+HERE = {"host": "localhost:8080"}
+
+
 @pytest.mark.parametrize(
-    ("token", "headers", "query", "status"),
+    ("listens", "headers", "query", "status"),
     [
-        ("", {"host": "127.0.0.1:8080"}, "", 200),
-        ("", {"host": "[::1]:8080"}, "", 200),
-        ("", {"host": "rebound.example:8080"}, "", 403),
-        ("", {"host": "localhost:8080", "origin": "http://localhost:8080"}, "", 200),
-        ("", {"host": "localhost:8080", "origin": "http://other.example"}, "", 403),
-        ("", {"host": "localhost:8080", "origin": "null"}, "", 403),
-        ("secret", {"host": "bench.lab:8080"}, "", 403),
-        ("secret", {"host": "localhost:8080"}, "", 403),
-        ("secret", {"host": "bench.lab:8080"}, "token=guess", 403),
-        ("secret", {"host": "bench.lab:8080"}, "token=secret", 200),
-        ("secret", {"host": "bench.lab:8080", "cookie": "lce_workbench=secret"}, "", 200),
-        ("secret", {"host": "bench.lab:8080", "cookie": "lce_workbench=other"}, "", 403),
+        ("127.0.0.1", HERE, "token=secret", 200),
+        ("127.0.0.1", HERE, "", 403),
+        ("127.0.0.1", HERE, "token=guess", 403),
+        ("127.0.0.1", {"host": "127.0.0.1:8080"}, "token=secret", 200),
+        ("127.0.0.1", {"host": "[::1]:8080"}, "token=secret", 200),
+        ("127.0.0.1", {"host": "rebound.example:8080"}, "token=secret", 403),
+        ("127.0.0.1", HERE | {"origin": "http://localhost:8080"}, "token=secret", 200),
+        ("127.0.0.1", HERE | {"origin": "http://other.example"}, "token=secret", 403),
+        ("127.0.0.1", HERE | {"origin": "http://localhost:8081"}, "token=secret", 403),
+        ("127.0.0.1", HERE | {"origin": "null"}, "token=secret", 403),
+        ("127.0.0.1", HERE | {"origin": "http://["}, "token=secret", 403),
+        ("127.0.0.1", {}, "token=secret", 400),
+        ("127.0.0.1", {"host": "["}, "token=secret", 400),
+        ("127.0.0.1", {"host": "localhost:8080@x\xff"}, "token=secret", 400),
+        ("127.0.0.1", HERE, "token=%ff%00\xe9", 403),
+        ("127.0.0.1", HERE | {"cookie": "lce_workbench_8080=secret"}, "", 200),
+        ("127.0.0.1", HERE | {"cookie": "a b:c=1; lce_workbench_8081=other; lce_workbench_8080=secret"}, "", 200),
+        ("127.0.0.1", HERE | {"cookie": "lce_workbench_8081=secret"}, "", 403),
+        ("127.0.0.1", HERE | {"cookie": 'lce_workbench_8080="\xe9'}, "", 403),
+        ("0.0.0.0", BENCH, "token=guess", 403),
+        ("0.0.0.0", BENCH, "token=secret", 200),
+        ("0.0.0.0", BENCH | {"cookie": "lce_workbench_8080=secret"}, "", 200),
+        ("0.0.0.0", BENCH | {"origin": "https://bench.lab:8080"}, "token=secret", 200),
     ],
 )
-def test_who_is_answered(token: str, headers: dict[str, str], query: str, status: int) -> None:
+def test_who_is_answered(listens: str, headers: dict[str, str], query: str, status: int) -> None:
     sent: list[dict[str, Any]] = []
 
     async def app(scope: Any, receive: Any, send: Any) -> None:
-        await send({"type": "http.response.start", "status": 200, "headers": []})
+        page = [(b"content-type", b"text/html"), (b"content-length", b"31")]
+        await send({"type": "http.response.start", "status": 200, "headers": page})
+        await send({"type": "http.response.body", "body": b"<p>&lt;script><", "more_body": True})
+        await send({"type": "http.response.body", "body": b"script>1</script>"})
 
     async def receive() -> dict[str, Any]:
         return {}
@@ -250,18 +269,24 @@ def test_who_is_answered(token: str, headers: dict[str, str], query: str, status
     async def send(message: dict[str, Any]) -> None:
         sent.append(message)
 
-    coded = [(key.encode(), value.encode()) for key, value in headers.items()]
+    coded = [(key.encode(), value.encode("latin-1")) for key, value in headers.items()]
     for kind in ("http", "websocket"):
         sent.clear()
-        scope = {"type": kind, "method": "GET", "path": "/", "headers": coded, "query_string": query.encode()}
+        scope = {"type": kind, "method": "GET", "path": "/", "headers": coded, "query_string": query.encode("latin-1")}
         served = Starlette(routes=[Mount("/", app=app)])
-        protect(served, "127.0.0.1", token)
+        protect(served, listens, "secret")
         asyncio.run(served(scope, receive, send))
-        refused = sent[0]["type"] == "websocket.close" or sent[0]["status"] in (400, 403)
-        assert refused == (status == 403)
-        told = dict(sent[0].get("headers", []))
-        assert (b"set-cookie" in told) == ("token=secret" in query)
-        assert refused or b"default-src 'self'" in told[b"content-security-policy"]
+        answer = sent[0]
+        assert answer == {"type": "websocket.close", "code": 1008} or answer["status"] == status
+        told = dict(answer.get("headers", []))
+        assert (told.get(b"set-cookie", b"").startswith(b"lce_workbench_8080=secret;")) == (
+            status == 200 and "token=secret" in query
+        )
+        if status == 200:
+            policy, body = told[b"content-security-policy"].decode(), sent[1]["body"].decode()
+            (nonce,) = re.findall(r"script-src 'self' 'nonce-([\w-]+)' 'unsafe-eval';", policy)
+            assert body == f'<p>&lt;script><script nonce="{nonce}">1</script>'
+            assert told[b"content-length"].decode() == str(len(body)) and policy.startswith("default-src 'none'")
 
 
 def ended(state: WorkbenchState, timeout_s: float = 60.0) -> Job:

@@ -17,7 +17,7 @@ def check_regular(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        raise LceError(f"{path}: {error.strerror}") from None
+        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:  # a null character, which a YAML file may hold
         raise LceError(f"{str(path)!r}: not the name of a file") from None
     if stat.S_ISDIR(mode):
@@ -33,7 +33,7 @@ def read_at_most(path: Path, most_bytes: int) -> bytes:
         with path.open("rb") as file:
             content = file.read(most_bytes + 1)
     except OSError as error:
-        raise LceError(f"{path}: {error.strerror}") from None
+        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
     if len(content) > most_bytes:
         raise LceError(f"{path}: longer than {most_bytes / 1e6:g} MB, too long for such a file")
     return content
@@ -46,7 +46,7 @@ def read_csv_rows(path: Path) -> list[list[str]]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             return list(csv.reader(file))
     except OSError as error:
-        raise LceError(f"{path}: {error.strerror}") from None
+        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
     except (UnicodeDecodeError, csv.Error):
         raise LceError(f"{path}: not a CSV text file") from None
 

@@ -14,6 +14,7 @@ from lce_data.bag.reader import Recorded, read_bag
 from lce_data.channels import POWER, SENSORS, Channel, in_order
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
+from lce_data.files import check_regular
 from lce_data.run import Run, Series
 from lce_data.run_csv import read_csv_experiment, read_run_csv
 
@@ -75,6 +76,9 @@ def read_run(path: str | Path) -> Run:
     path = Path(path)
     if not path.exists():
         raise LceError(f"{path}: no such file or folder")
+    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+        if not file.is_dir():
+            check_regular(file)
     if path.is_dir() or path.suffix == ".mcap":
         return run_from(path, read_bag(path), beside(path))
     if path.suffix.lower() == ".csv":

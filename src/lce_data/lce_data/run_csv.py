@@ -91,14 +91,14 @@ def note(line: str) -> dict[str, Any]:
     """The key and the value of a comment line ``# key: value``; nothing for any other line."""
     import yaml
 
-    from lce_data.yaml_text import Loader
+    from lce_data.yaml_text import load
 
     key, colon, text = line.lstrip("# \t").partition(":")
     key, text = key.strip(), text.strip()
     if not (colon and key and text):
         return {}
     try:
-        value = yaml.load(text, Loader)
+        value = load(text)
     except yaml.YAMLError:
         value = text
     return {key: value if isinstance(value, str | int | float) else text}

@@ -11,7 +11,10 @@ from typing import Any, Final, TypeVar
 import msgspec
 
 from lce_data.errors import LceError
+from lce_data.files import read_at_most
 
+MOST_BYTES: Final = 2_000_000
+"""Length of a YAML file at most: one of a fit to a hundred runs has a tenth of that."""
 Kind = TypeVar("Kind")
 
 _WORDS: Final = {
@@ -60,18 +63,20 @@ def checked(
 
 
 def read_yaml(path: Path) -> Any:
-    """Read a YAML file as plain values; dates stay text, ``1e-3`` is a number. Raises LceError if it cannot be read."""
+    """Read a YAML file as plain values; dates stay text, ``1e-3`` is a number.
+
+    Raises LceError if it cannot be read, or holds what `lce_data.yaml_text.load` does not read.
+    """
     import yaml
 
-    from lce_data.yaml_text import Loader
+    from lce_data.yaml_text import load
 
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader)
-    except OSError as error:
-        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
+        return load(read_at_most(path, MOST_BYTES).decode())
     except (UnicodeDecodeError, yaml.YAMLError) as error:
-        mark = getattr(error, "problem_mark", None)
-        raise LceError(f"{path}: not a YAML file{f' (line {mark.line + 1})' if mark else ''}") from None
+        mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
+        where = f"line {mark.line + 1}: " if mark else ""
+        raise LceError(f"{path}: not a YAML file ({where}{problem or 'not a text'})") from None
 
 
 def _reason(message: str, content: object, kind: type) -> str:

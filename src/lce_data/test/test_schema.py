@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a file is one line that names the file, the key and the value."""
 
+import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -8,6 +9,7 @@ import pytest
 from msgspec import Meta, Struct
 
 from lce_data.errors import LceError
+from lce_data.read_runs import read_run
 from lce_data.schema import checked, read_yaml
 
 
@@ -72,9 +74,43 @@ def test_what_is_no_yaml_is_named(tmp_path: Path) -> None:
     broken, binary = tmp_path / "broken.yaml", tmp_path / "binary.yaml"
     broken.write_text("a: 1\nb: [\n", encoding="utf-8")
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(LceError, match=r"broken\.yaml: not a YAML file \(line 3\)$"):
+    with pytest.raises(LceError, match=r"broken\.yaml: not a YAML file \(line 3: did not find"):
         read_yaml(broken)
-    with pytest.raises(LceError, match=r"binary\.yaml: not a YAML file$"):
+    with pytest.raises(LceError, match=r"binary\.yaml: not a YAML file \(not a text\)"):
         read_yaml(binary)
     with pytest.raises(LceError, match=r"none\.yaml: cannot be read \(No such file or directory\)$"):
         read_yaml(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a: &a [1, 1]\nb: *a\n", "line 2: an alias"),
+        ("\n".join(["x0: &x0 [9]", *(f"x{i}: &x{i} [{f'*x{i - 1},' * 9}]" for i in range(1, 30))]), "line 2: an alias"),
+        ("[" * 60 + "]" * 60, "nested deeper than 50"),
+        ("[" * 500_000, "nested deeper than 50"),
+        ("when: !!timestamp nonsense", "a tag"),
+        ("data: !!binary '=='", "a tag"),
+        ("run: !!python/object/apply:os.system [ls]", "a tag"),
+        (f"seed: {'9' * 5000}", "too many digits"),
+        (f"seed: {2**64}", "too many digits"),
+        ("- a: [" * 2, "not a YAML file"),
+        ("'" + "x" * 2_100_000 + "'", "longer than 2 MB"),
+    ],
+)
+def test_what_an_attack_needs_is_not_read(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "run.yaml").write_text(text)
+    with pytest.raises(LceError, match=told):
+        read_yaml(tmp_path / "run.yaml")
+
+
+@pytest.mark.parametrize("name", ["run.csv", "run.yaml", "run.mcap", "bag/bag.mcap", "bag/metadata.yaml"])
+def test_a_pipe_is_not_waited_for(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    os.mkfifo(file)
+    if name == "run.yaml":
+        (tmp_path / "run.csv").write_text("time_s,power_w\n")
+    recording = {"run.yaml": tmp_path / "run.csv", "bag": file.parent}.get(name.partition("/")[0], file)
+    with pytest.raises(LceError, match="a pipe, a socket or a device, not a file"):
+        read_run(recording)

@@ -55,7 +55,7 @@ def test_a_number_as_people_write_it_is_a_number(tmp_path: Path) -> None:
         ("value: 18.0", "value: true", r"m\.yaml: parameters\.lumped\.tau\.value is True; it must be a number"),
         ("fixed: true", "fixed: perhaps", r"m\.yaml: parameters\.\S+\.fixed is 'perhaps'; it must be true or false"),
         ("deformation: equilibrium", "colour: red", r"m\.yaml: the file: unknown key 'colour'"),
-        ("parameters:", "parameters: [", r"m\.yaml: not a YAML file \(line \d+\)"),
+        ("parameters:", "parameters: [", r"m\.yaml: not a YAML file \(line \d+: "),
     ],
 )
 def test_what_does_not_fit_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -42,6 +42,11 @@ addEventListener("DOMContentLoaded", () => {
   };
   new MutationObserver(follow).observe(document.body, { attributeFilter: ["class"] });
   follow();
+  const here = new URL(location);
+  if (here.searchParams.has("token")) {  // a cookie keeps it: it need not stay where others may read it
+    here.searchParams.delete("token");
+    history.replaceState(history.state, "", here);
+  }
 });
 </script>"""
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -13,12 +14,14 @@ from numpy.typing import NDArray
 
 from lce_data.channels import CHANNELS, INPUTS, NAMED_INPUT, Channel, named_input
 from lce_data.errors import LceError
+from lce_data.schema import read_yaml
 
 Floats = NDArray[np.float64]
 
 Recorded = Mapping[Channel, tuple[Floats, Floats]]
 """Time [s] and value [recorded unit] of each channel that was recorded, (n,) each."""
 
+METADATA: Final = "metadata.yaml"
 OWN_TOPICS: Final = tuple(channel.topic for channel in CHANNELS if channel not in INPUTS)
 """Topics of an actuator and its sensors: one of them tells the namespace of a bag."""
 OPTIONAL_TOPICS: Final = tuple(channel.topic for channel in INPUTS)
@@ -52,21 +55,31 @@ def read_topics(path: Path, wanted: Callable[[str, str], bool]) -> dict[str, Mes
     LceError
         If the bag cannot be read, or a topic has messages of two types; names the bag and what to do.
     """
-    from mcap.exceptions import McapError
-    from rosbags.rosbag2 import ReaderError
-
     found: dict[str, Messages] = {}
-    try:
+    with foreign(path):
         for topic, type_name, log_time_ns, cdr in (_from_file if path.is_file() else _from_folder)(path, wanted):
             messages = found.setdefault(topic, Messages(type_name))
             if messages.type != type_name:
                 raise LceError(f"{path}: topic {topic} is a {type_name}, and a {messages.type} as well")
             messages.log_time_ns.append(log_time_ns)
             messages.cdr.append(cdr)
-    except (ReaderError, McapError, OSError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise LceError(f"{path}: not a readable bag ({reason}); if it was cut short, run: lce repair {path}") from None
     return found
+
+
+@contextmanager
+def foreign(path: Path) -> Iterator[None]:
+    """A block in which other people's parsers read the bytes of a bag: what they raise, the bytes have caused.
+
+    A damaged file leads them anywhere: an index out of range, a key that is missing, a length of terabytes. Nothing
+    else belongs into the block. Raises LceError for all of it.
+    """
+    try:
+        yield
+    except LceError:
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise LceError(f"{path}: not a readable bag ({reason}); if it was cut short, run: lce repair {path}") from error
 
 
 def read_numbers(path: Path) -> dict[str, tuple[Floats, Floats]]:
@@ -75,7 +88,8 @@ def read_numbers(path: Path) -> dict[str, tuple[Floats, Floats]]:
     Raises LceError if the bag cannot be read.
     """
     found = read_topics(path, lambda _, type_name: type_name in NUMBERS)
-    return {topic: messages.by_log_time() for topic, messages in found.items()}
+    with foreign(path):
+        return {topic: messages.by_log_time() for topic, messages in found.items()}
 
 
 def read_bag(path: Path) -> Recorded:
@@ -99,7 +113,9 @@ def read_bag(path: Path) -> Recorded:
             continue
         if messages.type != channel.message:
             raise LceError(f"{path}: topic {namespace}{channel.topic} is a {messages.type}, not a {channel.message}")
-        recorded[channel] = _latest(*messages.by_stamp())
+        with foreign(path):
+            time_s, value = messages.by_stamp()
+        recorded[channel] = _latest(time_s, value)
     return recorded
 
 
@@ -107,6 +123,8 @@ def _from_folder(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[tup
     """Topic, type, log time [ns] and CDR of each message of a folder."""
     from rosbags.rosbag2 import Reader
 
+    if (path / METADATA).exists():  # rosbags would read what a few lines of aliases make of it
+        read_yaml(path / METADATA)
     with Reader(path) as reader:
         connections = [c for c in reader.connections if wanted(c.topic, c.msgtype)]
         if connections:  # rosbags takes an empty choice for all

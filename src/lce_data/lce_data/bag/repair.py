@@ -24,6 +24,7 @@ from lce_data.bag.message_types import message_type
 from lce_data.bag.metadata import REPAIRED, TopicCount, topic_count
 from lce_data.bag.writer import LIBRARY
 from lce_data.errors import LceError
+from lce_data.files import check_regular
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _DATA_END = 0x0F
@@ -81,6 +82,7 @@ def _find(bag: Path) -> tuple[Path | None, Path]:
         files = sorted(bag.glob("*.mcap"))
         if len(files) != 1:
             raise LceError(f"{bag}: holds {len(files)} .mcap files, not one")
+        check_regular(files[0])
         return bag, files[0]
     if not bag.is_file():
         raise LceError(f"{bag}: no such bag")

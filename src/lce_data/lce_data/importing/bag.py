@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.bag.reader import Messages, read_topics
+from lce_data.bag.reader import Messages, foreign, read_topics
 from lce_data.channels import CHANNELS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.importing.headers import TIME, si_unit
@@ -97,7 +97,8 @@ def _numbers(path: Path, topic: str, field: str, messages: Messages) -> tuple[Fl
     store = get_typestore(Stores.ROS2_JAZZY)
     if messages.type not in store.types:
         raise LceError(f"{path}: topic {topic} is a {messages.type}, which is no type of ROS 2 Jazzy")
-    decoded: list[Any] = [store.deserialize_cdr(cdr, messages.type) for cdr in messages.cdr]
+    with foreign(path):
+        decoded: list[Any] = [store.deserialize_cdr(cdr, messages.type) for cdr in messages.cdr]
     numbers = _fields(decoded[0])
     if not field and len(numbers) == 1:
         (field,) = numbers

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from lce_data.columns import TableFormat
 from lce_data.errors import LceError
+from lce_data.files import check_regular
 from lce_data.importing.units import SPELLINGS, find_unit
 from lce_data.run_csv import note
 
@@ -86,6 +87,7 @@ def find_layout(path: Path) -> Layout:
 def _first_lines(path: Path) -> tuple[str, list[str]]:
     """The encoding, and the first lines without their ends."""
     try:
+        check_regular(path)
         with path.open("rb") as file:
             start = file.read(4)
         utf16 = start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))

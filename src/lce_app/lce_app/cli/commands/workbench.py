@@ -28,8 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--host",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="address to listen on; for one that others reach, the URL printed carries a token without which "
-        "nobody gets in",
+        help="address to listen on; the URL printed carries a token without which nobody gets in",
     )
     parser.epilog = "What you decide, and the models, are kept in the folder `workbench` beside the runs."
 
@@ -38,7 +37,6 @@ def main(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
     check_inputs([*args.runs, *([args.model] if args.model else [])])
     from lce_app.workbench import server
-    from lce_app.workbench.guard import is_loopback
     from lce_app.workbench.session import folder_and_roles
     from lce_app.workbench.state import WorkbenchState
 
@@ -46,13 +44,17 @@ def main(args: argparse.Namespace) -> int:
     state = WorkbenchState(folder)
     state.session.make_place()
     _check_free(args.host, args.port)
-    token = "" if is_loopback(args.host) else secrets.token_urlsafe(16)
+    token = secrets.token_urlsafe(16)
     server.set_up(state, chosen, args.model)
-    print(f"http://{args.host}:{args.port}/{f'?token={token}' if token else ''}   (Ctrl-C ends it)", flush=True)
+    print(f"http://{_in_url(args.host)}:{args.port}/?token={token}   (Ctrl-C ends it)", flush=True)
     server.serve(args.host, args.port, token)
     if state.fatal_error:
         raise LceError(state.fatal_error)
     return 0
+
+
+def _in_url(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
 
 
 def _check_free(host: str, port: int) -> None:
