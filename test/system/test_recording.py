@@ -3,6 +3,7 @@
 
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from run_command import experiment, lce, read, until
 from std_msgs.msg import Float64
 
 from lce_data.bag.repair import repair
+from lce_experiment.nodes.recorder_node import Recorder
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
@@ -99,7 +101,7 @@ def test_a_killed_recorder_loses_less_than_a_second(graph: Graph, tmp_path: Path
     assert repair(bag).original is None
 
 
-def test_times_are_those_of_receipt_and_of_the_source(graph: Graph, tmp_path: Path) -> None:
+def test_times_are_those_of_the_source(graph: Graph, tmp_path: Path) -> None:
     from mcap.reader import make_reader
 
     recorder = _start(graph, tmp_path / "bag")
@@ -115,7 +117,40 @@ def test_times_are_those_of_receipt_and_of_the_source(graph: Graph, tmp_path: Pa
     with (tmp_path / "bag" / "recording.mcap").open("rb") as file:
         messages = [message for _, _, message in make_reader(file).iter_messages()]
     assert len(messages) == 10
-    assert all(before <= m.publish_time <= after and m.log_time >= m.publish_time for m in messages)
+    assert all(before <= m.publish_time == m.log_time <= after for m in messages)
+
+
+def test_a_recorder_that_stalls_shifts_and_loses_nothing(graph: Graph, tmp_path: Path) -> None:
+    recorder = graph.add(Recorder, out=str(tmp_path / "bag"), topics=["topic0 std_msgs/msg/Float64"])
+    publisher = graph.start("", code=PUBLISHER, count="1")
+    graph.until(lambda: recorder.received["/lce/topic0"] > 10, what="messages")
+    began_s = time.monotonic()
+    until(lambda: time.monotonic() > began_s + 3.0, "the end of the stall")  # nobody spins the recorder
+    graph.until(lambda: recorder.received["/lce/topic0"] > 320, what="what waited in the queue")
+    _finish(publisher)
+    recorder.close()
+    time_s, messages = read(tmp_path / "bag")["/lce/topic0"]
+    np.testing.assert_array_equal(np.diff([m.data for m in messages]), 1.0)
+    due_s = np.arange(time_s.size) * 0.01
+    off_s = time_s - due_s - np.median(time_s - due_s)
+    assert np.abs(off_s).max() < 0.1, "the publisher's own lateness"
+    assert experiment(tmp_path / "bag")["lost"] == {"/lce/topic0": 0}
+
+
+def test_what_a_stopped_recorder_loses_is_counted(graph: Graph, tmp_path: Path) -> None:
+    bag, topics = tmp_path / "bag", 8
+    recorder = _start(graph, bag, topics)
+    publisher = graph.start("", code=PUBLISHER, count=str(topics))
+    until(lambda: _size(bag) > 20_000, "recording")
+    recorder.send_signal(signal.SIGSTOP)
+    graph.spin_for(3.0)
+    recorder.send_signal(signal.SIGCONT)
+    until(lambda: sum(experiment(bag).get("lost", {}).values()), "the number of the lost, while it records")
+    _finish(publisher)
+    _finish(recorder)
+    for topic, (_, messages) in read(bag).items():
+        missing = int(np.sum(np.diff([m.data for m in messages]) - 1.0))
+        assert experiment(bag)["lost"][topic] == missing
 
 
 def test_the_quality_of_service_of_the_publisher_is_kept(graph: Graph, tmp_path: Path) -> None:

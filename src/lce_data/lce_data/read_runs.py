@@ -15,6 +15,7 @@ from lce_data.channels import POWER, SENSORS, Channel, in_order
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
 from lce_data.files import check_regular
+from lce_data.losses import without_unknown_power
 from lce_data.run import Run, Series
 from lce_data.run_csv import read_csv_experiment, read_run_csv
 
@@ -101,13 +102,14 @@ def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
     zero_s = series[POWER].time_s[0] if POWER in series else min(series[c].time_s[0] for c in sensors)
     times = {id(s.time_s): s.time_s for s in series.values()}  # channels of a CSV share theirs: shifted once
     since_zero = {key: time_s - zero_s if zero_s else time_s for key, time_s in times.items()}
-    return Run(
+    run = Run(
         name=path.stem if path.is_file() else path.name,
         path=path,
         sha256=_digest(path),
         series={c: Series(since_zero[id(s.time_s)], c.recorded.to_si(s.value)) for c, s in series.items()},
         experiment=experiment,
     )
+    return without_unknown_power(run)
 
 
 def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series:

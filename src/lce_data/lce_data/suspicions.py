@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.importing.plausible import LARGEST_POWER, SMALLEST_GAIN, is_in_milliseconds, response_time
+from lce_data.losses import lost_samples
 from lce_data.run import Run, Series
 from lce_data.units import KELVIN
 
@@ -36,11 +37,12 @@ def suspicions(run: Run) -> tuple[str, ...]:
     """Sentences about a run: what looks wrong, and the cure; none for a run without anything odd.
 
     They come before any fit: a time in ms, a power in mW, kelvin taken for °C, a displacement that falls while the
-    temperature rises, a temperature that falls under power, a gap during which the power would be held.
+    temperature rises, a temperature that falls under power, samples that were lost on the way to the recorder, a gap
+    during which the power would be held.
     """
     few = replace(run, series={channel: _thinned(series) for channel, series in run.series.items()})
     rules = (_milliseconds, _milliwatts, _kelvin, _flipped_displacement, _flipped_power)
-    found = (*(rule(few) for rule in rules), _gap(run))
+    found = (*(rule(few) for rule in rules), lost_samples(run), _gap(run))
     return tuple(f"{run.name}: {sentence}" for sentence in found if sentence)
 
 

@@ -73,8 +73,8 @@ class BagWriter:
         if not self._waiting:
             return
         self._waiting.sort(key=itemgetter(0, 1))
-        if not any(self.counts.values()):
-            self.start_ns = self._waiting[0][0]
+        earliest = self._waiting[0][0]  # a topic whose messages waited may have earlier ones than the last flush
+        self.start_ns = min(self.start_ns, earliest) if any(self.counts.values()) else earliest
         for log_ns, topic, publish_ns, data in self._waiting:
             self.counts[topic] += 1
             self._writer.add_message(self._channels[topic][0], log_ns, data, publish_ns, self.counts[topic])

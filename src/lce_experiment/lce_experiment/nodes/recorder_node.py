@@ -9,8 +9,9 @@ Parameters  out             folder of the recording; must not exist; empty: runs
             flush_period_s  s, how often messages go to the operating system: the most that a kill -9 can cost
             experiment      JSON object, the beginning of experiment.yaml beside the bag
 
-The log time of a message is the node's clock at its arrival, the publish time the stamp of its source. On simulated
-time both are the node's clock.
+Log time and publish time of a message are the time at which its publisher sent it: a recorder that stalls shifts
+nothing. On simulated time they are the node's clock. A message that was sent before the recording began, such as a
+latched target, has the time of the beginning. experiment.yaml counts what was lost on the way, by topic.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ from lce_ros.node import LceNode, run
 from lce_ros.qos import LATCHED, deeper
 
 _QUEUE = 1000
-"""Messages that the middleware keeps while this process cannot read: 10 s at 100 Hz."""
+"""Messages of a topic that the middleware keeps while this node is busy, with a slow disk for example: 10 s at 100 Hz.
+For a process that stands still altogether it keeps half a thousand of all topics; the rest is lost, and counted."""
 DISCOVERY_S = 1.0
 """Time from the moment when every topic of ``after`` has had a message to the subscription to commands [s]. Processes
 that discover each other delay each other, and once somebody commands the laser, half a second without a temperature is
@@ -71,7 +73,9 @@ class Recorder(LceNode):
         experiment.write(self.folder, self._about)
         self._numbers: dict[str, int] = {}
         self._lost: dict[str, int] = {}
+        self._lost_told = 0
         self._simulated = self.on_sim_time
+        self._began_ns = self.get_clock().now().nanoseconds
         self._later = [stream for stream in streams if self._after and stream.topic == COMMAND]
         for stream in streams:
             if stream not in self._later:
@@ -145,8 +149,8 @@ class Recorder(LceNode):
             self._after.discard(topic)
             if not self._after:
                 self._complete_s = min(self._complete_s, self.now_s())
-        now_ns = self.get_clock().now().nanoseconds
-        self._bag.write(topic, now_ns, now_ns if self._simulated else info["source_timestamp"], message)
+        sent_ns = self.get_clock().now().nanoseconds if self._simulated else info["source_timestamp"]
+        self._bag.write(topic, max(sent_ns, self._began_ns), sent_ns, message)
         self._count_lost(topic, info["publication_sequence_number"])
 
     def _count_lost(self, topic: str, number: int) -> None:
@@ -163,6 +167,9 @@ class Recorder(LceNode):
 
     def _flush(self) -> None:
         self._bag.flush()
+        if (lost := sum(self._lost.values())) != self._lost_told:  # now, for the case that the recorder is killed
+            self._lost_told = lost
+            experiment.write(self.folder, self._about.with_entries(lost=dict(sorted(self._lost.items()))))
         while self._later and self.now_s() >= self._complete_s + DISCOVERY_S:
             self._record(self._later.pop())
 
