@@ -8,7 +8,7 @@ import numpy as np
 from lce_analysis import DiagnoseOptions
 from lce_analysis.diagnosis.accepted import VariationStep
 from lce_analysis.diagnosis.search import Search, _without_variation
-from lce_analysis.diagnosis.variation import variation_trials
+from lce_analysis.diagnosis.variation import variation_trial
 from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_model import default_model
@@ -34,8 +34,9 @@ def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None
     search = Search(HEATER, runs, (), (), options, silent)
     for _ in range(2):
         stage = search.present.heat[0]
-        trials = [t for t in variation_trials(stage, search.left_out, options, silent) if t.held_out is not None]
-        search._accept(search._variation_step(trials[0]))
+        trial = variation_trial(stage, search.left_out, options, silent)
+        assert trial is not None
+        search._accept(search._variation_step(trial))
     steps = [a for a in search.accepted if isinstance(a, VariationStep)]
     assert len({step.key for step in steps}) == 2
     for step in steps:

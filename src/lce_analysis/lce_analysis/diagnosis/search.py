@@ -24,7 +24,7 @@ from lce_analysis.diagnosis.stage_problem import (
 )
 from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, on_data_left_out, rises
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.diagnosis.variation import VariationTrial, best, variation_trials
+from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.random_effects import with_run_errors
@@ -178,7 +178,7 @@ class Search:
 
         It was identified behind another temperature, and may sit in a poor minimum.
         """
-        if self.accepted and self.present.worst > self.options.near:
+        if self.accepted and self.present.worst_behind_heat > self.options.near:
             anew = self._identified_anew(self.present)
             if anew is not None:
                 self.accepted[-1] = replace(self.accepted[-1], with_it=anew)
@@ -193,10 +193,8 @@ class Search:
         step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
         if self._explains_all(self.present if step is None else step.with_it, heat):
             return step
-        varied = [
-            t for s in self._stages(heat)[:1] for t in variation_trials(s, self.left_out, self.options, self.progress)
-        ]
-        variation = best(varied)
+        stages = self._stages(heat)[:1]
+        variation = variation_trial(stages[0], self.left_out, self.options, self.progress) if stages else None
         if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
         return self._variation_step(variation)
@@ -329,7 +327,7 @@ class Search:
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
         found = trial.fit.problem.model
         after = self._refitted(carried(self.present.model.add(trial.effect), found))
-        if trial.stage.part != "heat" and after.worst > self.options.near:
+        if trial.stage.part != "heat" and after.worst_behind_heat > self.options.near:
             after, trial = self._searched_anew(after, trial)
         train, held_out = self._between(self.present, after, trial.held_out, after.drive)
         return Step(self.present, after, train, held_out, trial, alias_set)

@@ -97,6 +97,12 @@ class StagedFit:
         """The largest RMS error of a sensor, in units of its noise."""
         return math.sqrt(max(self.mean_squares.values(), default=0.0))
 
+    @property
+    def worst_behind_heat(self) -> float:
+        """The same of the sensors that a deformation explains."""
+        behind = [x for channel, x in self.mean_squares.items() if channel in MECHANICAL]
+        return math.sqrt(max(behind, default=0.0))
+
 
 @dataclass(frozen=True)
 class Data:
@@ -206,7 +212,16 @@ def _both(
     problem = Problem(whole, data.inputs, _free(whole, model), starts, observed, *conditions)
     fit = _refit_between_jumps(problem, "both stages", options, progress)
     part: Part = "both" if any(s.channel is TEMPERATURE for s in observed) else "deformation"
-    return StageProblem(part, fit, tuple(candidates), "model")
+    own = [c for c in candidates if not acts_on_temperature(c)] if heat_fails(fit, options) else candidates
+    return StageProblem(part, fit, tuple(own), "model")
+
+
+def heat_fails(fit: LinearizedFit, options: DiagnoseOptions) -> bool:
+    """Is the temperature, which the heat was judged on alone, far from explained?
+
+    Then nothing of the heat is tried once more beside the displacement: it was tried, and was not enough.
+    """
+    return fit.mean_squares.get(TEMPERATURE, 0.0) > options.near**2
 
 
 def _deformation(

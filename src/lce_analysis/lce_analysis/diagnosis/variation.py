@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Does a parameter differ from run to run? Tried and judged like an effect, for every parameter of the base model.
 
-What it would take is read off the Jacobian: the column of a parameter, cut into one for each run. The few that promise
-most are refitted as random effects. Since no other run can say what a run's own value is, blocks within every run are
-left out in turn, and judged with the value that the rest of the run gives.
+What it would take is read off the Jacobian: the column of a parameter, cut into one for each run. Where all of them
+together do not promise most of the error, none is tried. The few that promise most are refitted as random effects.
+Since no other run can say what a run's own value is, blocks within every run are left out in turn, and judged with the
+value that the rest of the run gives.
 """
 
 from collections.abc import Sequence
@@ -16,13 +17,14 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit, samples
-from lce_analysis.diagnosis.misfit import reduction_of
-from lce_analysis.diagnosis.stage_problem import StageProblem
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, mean_squares, refit, samples
+from lce_analysis.diagnosis.misfit import NOISE, reduction_of
+from lce_analysis.diagnosis.stage_problem import StageProblem, heat_fails
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, start_conditions
-from lce_analysis.identification.random_effects import gain_by_run, heterogeneity, may_vary
+from lce_analysis.identification.random_effects import gain_by_run, heterogeneity, may_vary, rest_by_run
+from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import AMBIENT_KEY, with_ambient_at_rest
 from lce_data.progress import Progress
@@ -63,19 +65,48 @@ class VariationTrial:
         return self.reduction * self.predicted_gain / self.gain if self.gain > 0.0 else 0.0
 
 
-def variation_trials(
+def variation_trial(
     stage: StageProblem, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress
-) -> list[VariationTrial]:
-    """The parameters of a stage that promise most if they differ from run to run, refitted and judged."""
+) -> VariationTrial | None:
+    """The parameter of a stage that takes most if it differs from run to run, of those against which nothing speaks.
+
+    One that frees nothing comes first: ambient temperatures of the runs in the place of their start temperatures.
+    """
+    keys = _promising(stage, options)
+    trials = each([partial(_refitted, stage, key, gain, options) for key, gain in keys], "refits", progress)
+    ranked = sorted(trials, key=lambda t: (t.fit.independent > stage.fit.independent, -t.gain))
+    judged = (_judged(trial, left_out, options) for trial in ranked)
+    return next((trial for trial in judged if not trial.objection), None)
+
+
+def _promising(stage: StageProblem, options: DiagnoseOptions) -> list[tuple[str, float]]:
+    """The few parameters that promise most, and what; each has to promise what would be worth having."""
     problem = stage.fit.problem
-    if len(problem.inputs) < 2:
+    keys = may_vary(problem)
+    if stage.part == "both" and heat_fails(stage.fit, options):
+        own = {term.name for term in problem.model.terms if not acts_on_temperature(term)}
+        keys = tuple(key for key in keys if key.partition(".")[0] in own)
+    if len(problem.inputs) < 2 or not (problem.varying or _explain_together(stage, keys, options)):
         return []
-    least = options.promise * options.worth_noise * min(samples(problem.observed).values())
-    promised = {key: _promised(stage, key) for key in may_vary(stage.fit.problem)}
-    keys = sorted((key for key, gain in promised.items() if gain > least), key=lambda key: -promised[key])[:REFITTED]
-    tasks = [partial(_refitted, stage, key, promised[key], options) for key in keys]
-    trials = each(tasks, "refits", progress)
-    return [_judged(trial, left_out, options) for trial in sorted(trials, key=lambda t: -t.gain)]
+    counts = samples(problem.observed).values()
+    beyond_noise = stage.fit.error - NOISE * sum(counts)
+    least = max(options.promise * options.worth_noise * min(counts), options.worth_share * beyond_noise)
+    promised = {key: gain_by_run(problem, stage.fit.jacobian, stage.fit.residual, key)[0] for key in keys}
+    ranked = sorted(promised.items(), key=lambda item: -item[1])
+    return [(key, gain) for key, gain in ranked if gain > least][:REFITTED]
+
+
+def _explain_together(stage: StageProblem, keys: Sequence[str], options: DiagnoseOptions) -> bool:
+    """Do all parameters, each with a value for each run, promise most of the error of a sensor?
+
+    If not, what differs explains nothing, as the search would say in the end.
+    """
+    fit = stage.fit
+    rest = rest_by_run(fit.problem, fit.jacobian, fit.residual, keys)
+    return any(
+        fit.mean_squares[channel] - left >= options.most * max(fit.mean_squares[channel] - NOISE, 0.0)
+        for channel, left in mean_squares(rest, fit.problem.observed).items()
+    )
 
 
 def _refitted(
@@ -100,11 +131,6 @@ def with_variation(problem: Problem, key: str) -> Problem:
     return replace(varying, model=model, free_starts=free_starts, at_ambient=at_ambient)
 
 
-def _promised(stage: StageProblem, key: str) -> float:
-    """The gain that the Jacobian promises."""
-    return gain_by_run(stage.fit.problem, stage.fit.jacobian, stage.fit.residual, key)[0]
-
-
 def _judged(trial: VariationTrial, left_out: DataLeftOut, options: DiagnoseOptions) -> VariationTrial:
     found = _objection(trial, options)
     if found:
@@ -121,19 +147,3 @@ def _objection(trial: VariationTrial, options: DiagnoseOptions) -> Objection:
     runs, candidates = len(trial.fit.problem.inputs), max(len(may_vary(trial.stage.fit.problem)), 1)
     critical = float(chi2.isf(options.false_alarm / candidates, runs - 1))
     return "" if heterogeneity(trial.fit.problem, trial.key) > critical else "chance"
-
-
-def best(trials: Sequence[VariationTrial]) -> VariationTrial | None:
-    """The one that leaves least on data left out, of those against which nothing speaks.
-
-    One that frees nothing comes first: ambient temperatures of the runs in the place of their start temperatures.
-    """
-    good = [t for t in trials if not t.objection]
-    return min(good, key=lambda t: (t.fit.independent > t.stage.fit.independent, _left(t)), default=None)
-
-
-def _left(trial: VariationTrial) -> float:
-    """Sum of the mean squared errors of all sensors on data left out."""
-    assert trial.held_out is not None
-    after = trial.held_out.errors.judged_after
-    return sum(after.mean_square(channel) for channel in after.total)

@@ -6,6 +6,7 @@ of expectation maximisation for the restricted likelihood (Laird and Ware 1982).
 little, this draws their values together.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -121,6 +122,18 @@ def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) 
     the least squares of the problem. The second are the changes (runs,) of the values, on the scale of the search and
     up to a number that all share.
     """
+    before, _ = _removed(jacobian, residual)
+    after, step = _removed(np.column_stack([jacobian, _apart(problem, jacobian, key)]), residual)
+    return max(0.0, float(before @ before - after @ after)), step[jacobian.shape[1] :]
+
+
+def rest_by_run(problem: Problem, jacobian: Floats, residual: Floats, keys: Sequence[str]) -> Floats:
+    """What would be left of the residual (N,) with a value for each run of all these parameters, in the same way."""
+    return _removed(np.column_stack([jacobian, *(_apart(problem, jacobian, key) for key in keys)]), residual)[0]
+
+
+def _apart(problem: Problem, jacobian: Floats, key: str) -> Floats:
+    """The column of a parameter, cut into one for each run (N, runs)."""
     place = problem.model.index(key)
     if place in problem.free:
         column = jacobian[:, problem.free.index(place)]
@@ -130,18 +143,14 @@ def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) 
         response = problem.response(rows)
         column = (response[1] - response[0]) / PARAMETER_STEP
     run_of = np.concatenate([np.full(series.size, series.run) for series in problem.observed])
-    apart = np.where(run_of[:, None] == np.arange(len(problem.inputs)), column[:, None], 0.0)
-    before, _ = _removed(jacobian, residual)
-    after, step = _removed(np.column_stack([jacobian, apart]), residual)
-    return max(0.0, before - after), step[jacobian.shape[1] :]
+    return np.where(run_of[:, None] == np.arange(len(problem.inputs)), column[:, None], 0.0)
 
 
-def _removed(columns: Floats, residual: Floats) -> tuple[float, Floats]:
-    """Squared residual that the best step along the columns leaves, and the step."""
+def _removed(columns: Floats, residual: Floats) -> tuple[Floats, Floats]:
+    """The residual that the best step along the columns leaves, and the step."""
     norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     step = -np.linalg.lstsq(columns / norm, residual, rcond=1e-6)[0] / norm
-    rest = residual + columns @ step
-    return float(rest @ rest), step
+    return residual + columns @ step, step
 
 
 def _covariance(problem: Problem, variables: Floats, variance: float) -> Floats:
