@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from run_command import lce, read
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64
 
 from lce_ros.testing import Graph
 
@@ -63,7 +63,7 @@ def test_every_node_diagnoses_itself(bag: Path) -> None:
 
 
 @pytest.mark.alone
-def test_the_player_waits_for_the_laser_then_plays_and_ends(graph: Graph) -> None:
+def test_the_player_waits_for_an_armed_laser_then_plays_and_ends(graph: Graph) -> None:
     player = graph.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=1,rest=0.5")
     node = graph.probe("someone_else")
     power = graph.collect(Float64, "laser/power_command", node)
@@ -72,6 +72,9 @@ def test_the_player_waits_for_the_laser_then_plays_and_ends(graph: Graph) -> Non
     assert len(power) == 0
     laser = graph.probe("laser")
     laser.listen(Float64, "laser/power_command", lambda message: None)
+    graph.spin_for(1.5)
+    assert len(power) == 0, "a laser that is not armed"
+    laser.advertise(Bool, "laser/armed", latched=True).publish(Bool(data=True))
     graph.until(lambda: player.poll() is not None, timeout_s=20, what="the end of the player")
     assert player.returncode == 0
     commands = np.array(power.data)
@@ -85,9 +88,12 @@ def test_the_player_waits_for_the_laser_then_plays_and_ends(graph: Graph) -> Non
         ({}, "parameter protocol is empty"),
         ({"protocol": "puls"}, "unknown protocol 'puls'"),
         ({"protocol": "pulse", "patience_s": "0.3"}, "no laser after 0.3 s"),
+        ({"protocol": "pulse", "arming_patience_s": "0.3"}, "nobody armed the laser within 0.3 s"),
     ],
 )
 def test_a_player_that_cannot_play_says_why(graph: Graph, parameters: dict[str, str], said: str) -> None:
+    if "arming_patience_s" in parameters:
+        graph.probe("laser").listen(Float64, "laser/power_command", lambda message: None)
     player = graph.start("lce_experiment.nodes.experiment_player_node", **parameters)
     _, errors = player.communicate(timeout=15)
     assert player.returncode == 1

@@ -44,6 +44,7 @@ def test_in_no_order_of_events_is_it_armed_without_an_arm_after_the_last_fault()
             elif event in ("arm", "lit"):
                 arming.arm(0.0 if event == "arm" else 0.5)
                 armed = armed or (event == "arm" and not fault)
+                assert arming.arm(0.5) is None or not armed, "armed already, it stays so"
             else:
                 arming.disarm()
                 armed = False

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Base of every controller node: its sensor drives it, and timer ticks go on if the sensor falls silent."""
+"""Bases of every controller node: its sensor drives it, and timer ticks go on if the sensor falls silent."""
 
 from collections.abc import Callable
 from typing import Any, Final, TypeGuard
 
+from std_msgs.msg import Bool, Float64
+
 from lce_control.filters import Sample
+from lce_data.topics import ARMED, COMMAND
 from lce_ros.node import LceNode
 
 PERIOD_S: Final = 0.01
@@ -47,3 +50,32 @@ class ControllerNode(LceNode):
         self._idle_ticks += 1
         if self._idle_ticks >= 3:  # two may pass before a message that is merely late
             self.step(self.now_s())
+
+
+class PowerControllerNode(ControllerNode):
+    """A controller that commands the laser.
+
+    It commands zero while the laser is not armed, so that somebody can arm it, and as its last word.
+
+    Attributes
+    ----------
+    laser_armed : whether the laser is armed; true until it says otherwise.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        super().__init__(name, **options)
+        self.laser_armed = True
+        self._command = self.advertise(Float64, COMMAND)
+        self.listen(Bool, ARMED, self._take_armed, latched=True)
+
+    def close(self) -> None:
+        """Leave the laser with a zero."""
+        if self.context.ok():
+            self.command(0.0)
+
+    def command(self, power_w: float) -> None:
+        """Command a power [W]."""
+        self._command.publish(Float64(data=power_w))
+
+    def _take_armed(self, message: Bool) -> None:
+        self.laser_armed = message.data

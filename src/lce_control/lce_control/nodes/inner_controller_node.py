@@ -3,6 +3,7 @@
 
 Subscribes  temperature_setpoint  sensor_msgs/Temperature, °C; NaN: no setpoint
             temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement
+            laser/armed           std_msgs/Bool, latched
 Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
 Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
@@ -11,8 +12,8 @@ Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
             temperature_timeout_s s, a temperature older than this is ignored
 
 All parameters are live. The node publishes a command at once after each setpoint, and at 100 Hz without any. The
-command is zero without a fresh setpoint or temperature; when both are back, control starts anew. When the node ends,
-its last command is zero.
+command is zero without a fresh setpoint or temperature, and while the laser is not armed; afterwards control starts
+anew. When the node ends, its last command is zero.
 """
 
 import math
@@ -20,14 +21,13 @@ import sys
 from typing import Any, Final
 
 from sensor_msgs.msg import Temperature
-from std_msgs.msg import Float64
 
 from lce_control.filters import Sample
-from lce_control.nodes.controller_node import ControllerNode
+from lce_control.nodes.controller_node import PowerControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.pid import Gains, Limits
 from lce_data.channels import TEMPERATURE
-from lce_data.topics import COMMAND, SETPOINT
+from lce_data.topics import SETPOINT
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
 from lce_ros.health import Level
 from lce_ros.node import run
@@ -36,7 +36,7 @@ TUNED: Final = Gains(kp=0.05, ki=0.01, kd=0.001)
 """(6.11)"""
 
 
-class InnerController(ControllerNode):
+class InnerController(PowerControllerNode):
     """One loop from temperature [K] to power [W]."""
 
     def __init__(self, **options: Any) -> None:
@@ -51,20 +51,16 @@ class InnerController(ControllerNode):
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
         self._setpoint: Sample | None = None
         self._temperature: Sample | None = None
-        self._command = self.advertise(Float64, COMMAND)
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self.driven_by(Temperature, SETPOINT, self._take_setpoint)
-
-    def close(self) -> None:
-        """Leave the laser with a zero."""
-        if self.context.ok():
-            self._command.publish(Float64(data=0.0))
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
         setpoint, temperature = self._setpoint, self._temperature
         power_w = 0.0
-        if setpoint is None or not math.isfinite(setpoint.value):
+        if not self.laser_armed:
+            self._rest(Level.OK, "the laser is not armed")
+        elif setpoint is None or not math.isfinite(setpoint.value):
             self._rest(Level.OK, "no setpoint")
         elif not self.is_fresh(setpoint, now_s, "setpoint_timeout_s"):
             self._rest(Level.WARN, "the setpoint is stale")
@@ -79,7 +75,7 @@ class InnerController(ControllerNode):
                 temperature_c=to_celsius(temperature.value),
                 power_w=power_w,
             )
-        self._command.publish(Float64(data=power_w))
+        self.command(power_w)
 
     def _rest(self, level: Level, why: str) -> None:
         self._loop.reset()

@@ -5,6 +5,7 @@ Subscribes  target_displacement   std_msgs/Float64, m, latched; a step, or a str
             displacement          std_msgs/Float64, m
             temperature           sensor_msgs/Temperature, °C; header.stamp is the time of measurement
             laser/power           std_msgs/Float64, W as applied: input of the model of the strip
+            laser/armed           std_msgs/Bool, latched
 Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
 Parameters  model_file            path of a model file; empty: the default model
             max_power_w           W, limit of the command
@@ -17,7 +18,7 @@ Parameters  model_file            path of a model file; empty: the default model
 
 The node publishes a command at once after each displacement, and at 100 Hz without any. It refuses a target out of
 reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The command is zero without a
-target, a fresh displacement or a fresh temperature, and when the node ends.
+target, a fresh displacement or a fresh temperature, while the laser is not armed, and when the node ends.
 """
 
 import math
@@ -29,10 +30,10 @@ from std_msgs.msg import Float64
 
 from lce_control.filters import Sample
 from lce_control.model_control import ModelController as Controller
-from lce_control.nodes.controller_node import PERIOD_S, ControllerNode
+from lce_control.nodes.controller_node import PERIOD_S, PowerControllerNode
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
-from lce_data.topics import COMMAND, TARGET
+from lce_data.topics import TARGET
 from lce_model import default_model, load_model
 from lce_model.inverse import HOTTEST_K, InverseChart
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
@@ -40,7 +41,7 @@ from lce_ros.health import Level
 from lce_ros.node import run
 
 
-class ModelController(ControllerNode):
+class ModelController(PowerControllerNode):
     """One model from displacement [m] and temperature [K] to power [W]."""
 
     def __init__(self, **options: Any) -> None:
@@ -73,23 +74,19 @@ class ModelController(ControllerNode):
         self._new: Sample | None = None
         self._temperature: Sample | None = None
         self._applied_w = self._before_w = 0.0
-        self._command = self.advertise(Float64, COMMAND)
         self.listen(Float64, TARGET, self._take_target, latched=True)
         self.listen(Float64, POWER.topic, self._take_power)
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
-
-    def close(self) -> None:
-        """Leave the laser with a zero."""
-        if self.context.ok():
-            self._command.publish(Float64(data=0.0))
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
         self._controller.observe(now_s, self._new, self._temperature, self._before_w)
         self._new, self._before_w = None, self._applied_w
         displacement, temperature, power_w = self._displacement, self._temperature, 0.0
-        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
+        if not self.laser_armed:
+            self.report(Level.OK, "the laser is not armed: zero power", power_w=0.0)
+        elif not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._rest("no fresh displacement")
         elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
             self._rest("no fresh temperature")
@@ -99,7 +96,7 @@ class ModelController(ControllerNode):
             power_w = self._follow(displacement)
         if self._refusal is not None:
             self.report(Level.ERROR, self._refusal)
-        self._command.publish(Float64(data=power_w))
+        self.command(power_w)
 
     def _follow(self, displacement: Sample) -> float:
         self._controller.max_power_w = self.value("max_power_w")

@@ -3,6 +3,7 @@
 
 Subscribes  target_displacement   std_msgs/Float64, m, latched
             displacement          std_msgs/Float64, m
+            laser/armed           std_msgs/Bool, latched
 Publishes   laser/power_command   std_msgs/Float64, W, 100 Hz
 Calls       inverse_temperature   lce_interfaces/srv/InverseTemperature: checks that a target can be reached
 Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless set, taken as per millimetre
@@ -12,7 +13,7 @@ Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless s
 
 All parameters are live. The node publishes a command at once after each displacement, and at 100 Hz without any. It
 refuses a target out of reach as `outer_controller` does. The command is zero without a target or a fresh displacement,
-and when the node ends.
+while the laser is not armed, and when the node ends.
 """
 
 import math
@@ -22,12 +23,11 @@ from typing import Any, Final
 from std_msgs.msg import Float64
 
 from lce_control.filters import Sample
-from lce_control.nodes.controller_node import ControllerNode
+from lce_control.nodes.controller_node import PowerControllerNode
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
 from lce_data.channels import DISPLACEMENT
-from lce_data.topics import COMMAND
 from lce_ros.health import Level
 from lce_ros.node import run
 
@@ -35,7 +35,7 @@ TUNED: Final = Gains(kp=5837.0, ki=192.0, kd=11.0)
 """§6.5.3"""
 
 
-class SingleController(ControllerNode):
+class SingleController(PowerControllerNode):
     """One loop from displacement [m] to power [W]."""
 
     def __init__(self, **options: Any) -> None:
@@ -46,19 +46,16 @@ class SingleController(ControllerNode):
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "m")
         self._target = TargetTracker(self)
         self._displacement: Sample | None = None
-        self._command = self.advertise(Float64, COMMAND)
         self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
-
-    def close(self) -> None:
-        """Leave the laser with a zero."""
-        if self.context.ok():
-            self._command.publish(Float64(data=0.0))
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
         self._target.update(now_s)
         displacement, power_w = self._displacement, 0.0
-        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
+        if not self.laser_armed:
+            self._loop.reset()
+            self.report(Level.OK, "the laser is not armed: zero power")
+        elif not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
             self._loop.reset()
             self.report(Level.ERROR if self._target.exists else Level.OK, "no fresh displacement: zero power")
         elif not self._target.exists:
@@ -74,7 +71,7 @@ class SingleController(ControllerNode):
             )
         if self._target.refusal is not None:
             self.report(Level.ERROR, self._target.refusal)
-        self._command.publish(Float64(data=power_w))
+        self.command(power_w)
 
     def _take_displacement(self, message: Float64) -> None:
         if math.isfinite(message.data):

@@ -41,6 +41,8 @@ class Arming:
 
     def arm(self, commanded_w: float) -> str | None:
         """Arm; returns the reason if that is refused, else None. ``commanded_w`` [W]: 0 if nobody commands."""
+        if self.armed:
+            return None
         if self.fault is not None:
             return f"there is a fault, call laser/reset first: {self.fault}"
         if not commanded_w <= 0.0:

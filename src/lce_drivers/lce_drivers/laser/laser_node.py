@@ -191,9 +191,9 @@ class Laser(LceNode):
             self._arming.disarm()
             response.success, response.message = True, "disarmed"
             return response
-        refusal = self._arming.arm(self._guard.commanded_w(self.now_s()))
-        if refusal is None:
-            # What was commanded before belongs to the time before.
+        before, refusal = self._arming.armed, self._arming.arm(self._guard.commanded_w(self.now_s()))
+        if self._arming.armed and not before:
+            # What was commanded until now belongs to the time before.
             self._guard.forget()
         response.success, response.message = refusal is None, "armed" if refusal is None else f"not armed: {refusal}"
         return response
