@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recorder as a process: nothing dropped, nothing lost to a kill -9, nothing overwritten."""
 
+import resource
 import signal
 import subprocess
 import time
@@ -11,11 +12,12 @@ import pytest
 import yaml
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from run_command import experiment, lce, read, until
+from run_command import experiment, lce, read, started, until
 from std_msgs.msg import Float64
 
 from lce_data.bag.repair import repair
 from lce_experiment.nodes.recorder_node import Recorder
+from lce_experiment.registry import LASER
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
@@ -151,6 +153,45 @@ def test_what_a_stopped_recorder_loses_is_counted(graph: Graph, tmp_path: Path) 
     for topic, (_, messages) in read(bag).items():
         missing = int(np.sum(np.diff([m.data for m in messages]) - 1.0))
         assert experiment(bag)["lost"][topic] == missing
+
+
+def test_a_recorder_that_is_stopped_with_the_laser_records_its_last_zero(graph: Graph, tmp_path: Path) -> None:
+    """As by Ctrl-C in the terminal of a launch."""
+    bag = tmp_path / "bag"
+    recorder = graph.start(RECORDER, out=str(bag))
+    laser = graph.start(LASER.module, temperature_required="false")
+    probe = graph.probe()
+    commands = probe.advertise(Float64, "laser/power_command")
+    probe.every(0.01, lambda: commands.publish(Float64(data=1.0)))
+    light = graph.collect(Float64, "laser/power", probe)
+    graph.until(lambda: light.data[-1:] == [1.0] and _size(bag) > 10_000, 30.0, "light in the recording")
+    recorder.send_signal(signal.SIGINT)
+    graph.spin_for(0.3)  # the laser is the later of the two
+    laser.send_signal(signal.SIGINT)
+    _, errors = recorder.communicate(timeout=10)
+    assert recorder.returncode == 0, errors
+    power_w = [m.data for m in read(bag)["/lce/laser/power"][1]]
+    assert max(power_w) == 1.0 and power_w[-1] == 0.0
+
+
+def test_a_full_disk_ends_a_run_in_the_dark_with_one_line(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    with started("run", "hold:power=1.0,hold=60,rest=0", "--out", str(bag)) as run:
+        (recorder,) = until(lambda: run.processes(RECORDER), "the recorder")
+        until(lambda: _size(bag) > 100_000, "a recording")
+        resource.prlimit(recorder, resource.RLIMIT_FSIZE, (150_000, 150_000))  # files of this process grow no more
+        _, errors = run.process.communicate(timeout=30)
+        assert run.process.returncode == 1 and run.processes() == []
+    assert "Traceback" not in errors
+    said = errors.strip().splitlines()[-1]
+    assert said.startswith(
+        f"lce: recorder ended early (status 1): {bag}/recording.mcap: cannot be written (File too large)"
+    )
+    assert experiment(bag)["outcome"] == "failed"
+    done = lce("repair", str(bag))
+    assert done.returncode == 0, done.stderr
+    time_s, messages = read(bag)["/lce/laser/power"]
+    assert messages[-1].data == 1.0 and time_s[-1] - time_s[0] > 1.0
 
 
 def test_the_quality_of_service_of_the_publisher_is_kept(graph: Graph, tmp_path: Path) -> None:

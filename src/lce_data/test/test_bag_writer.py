@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags: any reader takes them, arrival does not order them, and what a crash leaves can be repaired."""
 
+import resource
 import struct
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +104,50 @@ def test_mcap_carries_the_definitions_and_rosbag2_metadata(tmp_path: Path) -> No
         and beside["message_count"] == 200
         and beside["relative_file_paths"] == ["recording.mcap"]
     )
+
+
+@contextmanager
+def _no_room_beyond(size: int) -> Iterator[None]:
+    """No file grows beyond ``size`` bytes, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_ends_the_recording_with_one_line_and_what_was_written_can_be_repaired(tmp_path: Path) -> None:
+    writer = _record(tmp_path / "bag", 1.0)
+    for k in range(1000):
+        writer.write(POWER, 2 * 10**9 + k * 10**7, 2 * 10**9, _float64(k))
+    said = r"recording\.mcap: cannot be written \(File too large\); lce repair .* makes readable"
+    with _no_room_beyond(20_000), pytest.raises(LceError, match=said):
+        writer.flush()
+    assert writer.failed
+    writer.flush()
+    writer.close()
+    repaired = repair(tmp_path / "bag")
+    assert repaired.messages == 200 and len(_messages(tmp_path / "bag")) == 200
+
+
+def test_an_index_for_which_there_is_no_room_is_the_same_line(tmp_path: Path) -> None:
+    writer = _record(tmp_path / "bag", 1.0)
+    with _no_room_beyond(writer.file.stat().st_size), pytest.raises(LceError, match="cannot be written"):
+        writer.close()
+    assert repair(tmp_path / "bag").messages == 200
+
+
+def test_a_repair_on_a_full_disk_changes_nothing_and_says_so(tmp_path: Path) -> None:
+    file = _crashed(tmp_path / "bag", 3.0)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "bag").iterdir()}
+    said = (
+        r"recording\.mcap\.repair: File too large; a repair needs as much space as the bag takes; nothing was changed"
+    )
+    with _no_room_beyond(file.stat().st_size // 2), pytest.raises(LceError, match=said):
+        repair(tmp_path / "bag")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "bag").iterdir()} == before
+    assert repair(tmp_path / "bag").messages == 600
 
 
 RECORDED_TYPES = sorted(set(RECORDED.values()))

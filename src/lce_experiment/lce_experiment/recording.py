@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NoReturn
 
 from lce_data import experiment_file as experiment
+from lce_data.errors import LceError
 from lce_data.progress import Progress, silent
 from lce_experiment.domain import own_domain
 from lce_experiment.plan import Plan
@@ -29,20 +31,17 @@ def record(plan: Plan, progress: Progress = silent) -> None:
         On Ctrl-C, and on SIGTERM after :func:`interruptible`.
     """
     plan.report(progress, 0.0)
-    outcome = "failed"
     try:
         with own_domain():
             _runner(plan)(plan, progress)
-        outcome = "complete"
     except BaseException as error:
-        if isinstance(error, KeyboardInterrupt):
-            outcome = "interrupted"
         if (plan.folder / experiment.FILE_NAME).exists():
             error.add_note(f"what was recorded until then is in {plan.folder}")
+            with suppress(LceError):  # on a full disk: the error that ended the run says more
+                interrupted = isinstance(error, KeyboardInterrupt)
+                experiment.update(plan.folder, outcome="interrupted" if interrupted else "failed")
         raise
-    finally:
-        if (plan.folder / experiment.FILE_NAME).exists():
-            experiment.update(plan.folder, outcome=outcome)
+    experiment.update(plan.folder, outcome="complete")
 
 
 def interruptible() -> None:

@@ -22,7 +22,7 @@ from zstandard import ZstdError
 from lce_data.bag import metadata as bag_metadata
 from lce_data.bag.message_types import message_type
 from lce_data.bag.metadata import REPAIRED, TopicCount, topic_count
-from lce_data.bag.writer import LIBRARY
+from lce_data.bag.writer import FULL, LIBRARY
 from lce_data.errors import LceError
 from lce_data.files import check_regular
 
@@ -60,12 +60,15 @@ def repair(bag: Path) -> Repair:
     try:
         topics, start_ns, end_ns, lost = _copy(file, part)
         content = bag_metadata.metadata(file.name, topics, start_ns, end_ns, REPAIRED)
+        if folder is not None:  # before the file: both or, on a full disk, neither
+            bag_metadata.write(folder, content)
         _keep(file, original)
         part.replace(file)
+    except OSError as error:
+        needs = "; a repair needs as much space as the bag takes" if error.errno in FULL else ""
+        raise LceError(f"{error.filename or part}: {error.strerror}{needs}; nothing was changed") from None
     finally:
         part.unlink(missing_ok=True)
-    if folder is not None:
-        bag_metadata.write(folder, content)
     return Repair(bag, content.message_count, (end_ns - start_ns) / 1e9, lost, original)
 
 

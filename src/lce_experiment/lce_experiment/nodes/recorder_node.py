@@ -21,18 +21,23 @@ import importlib
 import json
 import math
 import sys
+import time
 from collections.abc import Sequence
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+from std_msgs.msg import Float64
 
 from lce_data import experiment_file as experiment
 from lce_data.bag.message_types import message_type
 from lce_data.bag.writer import BagWriter
+from lce_data.channels import POWER
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, LATCHED_TOPICS, RECORDED
 from lce_experiment.plan import RUNS, new_folder
@@ -40,13 +45,18 @@ from lce_ros.health import Level
 from lce_ros.node import LceNode, run
 from lce_ros.qos import LATCHED, deeper
 
-_QUEUE = 1000
+_QUEUE: Final = 1000
 """Messages of a topic that the middleware keeps while this node is busy, with a slow disk for example: 10 s at 100 Hz.
 For a process that stands still altogether it keeps half a thousand of all topics; the rest is lost, and counted."""
-DISCOVERY_S = 1.0
+DISCOVERY_S: Final = 1.0
 """Time from the moment when every topic of ``after`` has had a message to the subscription to commands [s]. Processes
 that discover each other delay each other, and once somebody commands the laser, half a second without a temperature is
 a fault."""
+
+LAST_ZERO_S: Final = 1.0
+"""Longest time for which a recorder that is stopped waits until the laser has said that it is dark [s]. Ctrl-C in a
+terminal stops both at once."""
+_LOOK_S: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -74,6 +84,7 @@ class Recorder(LceNode):
         self._numbers: dict[str, int] = {}
         self._lost: dict[str, int] = {}
         self._lost_told = 0
+        self._last_power: bytes | None = None
         self._simulated = self.on_sim_time
         self._began_ns = self.get_clock().now().nanoseconds
         self._later = [stream for stream in streams if self._after and stream.topic == COMMAND]
@@ -84,19 +95,40 @@ class Recorder(LceNode):
         self.every(flush_s, self._flush)
 
     def close(self) -> None:
-        """Finish the bag, with what is still in the queues."""
+        """Finish the bag once the laser is dark, with what is still in the queues."""
         if not self._about.ended:
-            for reader in (reader for reader in self.subscriptions if reader.raw):
-                while (waiting := reader.handle.take_message(reader.msg_type, True)) is not None:
-                    reader.callback(*waiting)
+            self._take_waiting()
+            until_s = time.monotonic() + LAST_ZERO_S
+            while self._is_lit() and time.monotonic() < until_s:
+                time.sleep(_LOOK_S)
+                self._take_waiting()
+            self._take_waiting()  # what came before the laser was gone
+            self._finish()
+        super().close()
+
+    def _finish(self) -> None:
+        try:
             self._bag.close()
+        finally:
             self._about = self._about.with_entries(
                 ended=experiment.now(),
                 messages=dict(sorted(self._bag.counts.items())),
                 lost=dict(sorted(self._lost.items())),
             )
-            experiment.write(self.folder, self._about)
-        super().close()
+            # On a full disk this may fail, too; what the bag says of it is the better line.
+            with suppress(LceError) if self._bag.failed else nullcontext():
+                experiment.write(self.folder, self._about)
+
+    def _take_waiting(self) -> None:
+        """Record what is in the queues; the executor is over."""
+        for reader in (reader for reader in self.subscriptions if reader.raw):
+            while (waiting := reader.handle.take_message(reader.msg_type, True)) is not None:
+                reader.callback(*waiting)
+
+    def _is_lit(self) -> bool:
+        """Whether the last power recorded is not zero, and a laser is there that may still say zero."""
+        lit = self._last_power is not None and deserialize_message(self._last_power, Float64).data != 0.0
+        return lit and self.count_publishers(POWER.topic) > 0
 
     def _declare_parameters(self) -> tuple[str, list[str], list[str], experiment.Experiment, float]:
         """Values of out, topics, after, experiment and flush_period_s [s]."""
@@ -152,6 +184,8 @@ class Recorder(LceNode):
         sent_ns = self.get_clock().now().nanoseconds if self._simulated else info["source_timestamp"]
         self._bag.write(topic, max(sent_ns, self._began_ns), sent_ns, message)
         self._count_lost(topic, info["publication_sequence_number"])
+        if stream.topic == POWER.topic:
+            self._last_power = message
 
     def _count_lost(self, topic: str, number: int) -> None:
         """Count gaps in the numbers that a publisher gives its messages, on topics with one publisher."""
