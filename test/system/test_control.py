@@ -15,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
+from std_srvs.srv import SetBool
 
 from lce_experiment import config, registry
 from lce_experiment.runners.lockstep import Lockstep
@@ -54,6 +55,7 @@ class Bench:
         }
         self.received = {topic: g.collect(kind, topic, self.operator) for topic, kind in topics.items()}
         self.diagnostics: Received = g.collect(DiagnosticArray, "/diagnostics", self.operator)
+        self._arm = self.operator.create_client(SetBool, "laser/arm")
         self.steps = Lockstep(g.nodes)
 
     def follow(self, target_m: float, duration_s: float) -> np.ndarray:
@@ -67,6 +69,12 @@ class Bench:
         """Let simulated time pass."""
         for _ in range(round(duration_s * 100)):
             self.steps.tick()
+
+    def arm(self, on: bool) -> bool:
+        """Arm or disarm the laser; whether it did."""
+        answer = self._arm.call_async(SetBool.Request(data=on))
+        self.steps.tick()
+        return bool(answer.result().success)
 
     def said(self, name: str) -> list[str]:
         """The messages of a node in /diagnostics so far."""
@@ -146,6 +154,21 @@ def test_without_a_fresh_measurement_zero_is_commanded(graph: Graph, tmp_path: P
     dark = commands.index(0.0)
     assert dark <= 22 and set(commands[dark:]) == {0.0}
     assert len(commands) >= 47, "100 Hz all the same"
+
+
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
+def test_while_the_laser_is_not_armed_zero_is_commanded_so_that_it_can_be_armed(
+    graph: Graph, tmp_path: Path, mode: str
+) -> None:
+    with control(graph, mode, tmp_path) as b:
+        b.follow(TARGET_M, 3.0)
+        assert b.arm(False)
+        before = len(b.received["laser/power_command"])
+        b.wait(5.0)
+        assert set(b.received["laser/power_command"].data[before + 3 :]) == {0.0}
+        assert b.arm(True)
+        d = b.follow(TARGET_M, 20.0)
+    np.testing.assert_allclose(d[-200:], TARGET_M, rtol=0.1)
 
 
 @pytest.mark.parametrize(

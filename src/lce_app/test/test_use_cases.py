@@ -111,3 +111,21 @@ def test_the_real_bench_is_a_launch_that_ends_with_the_run(tmp_path: Path, monke
     ros2.write_text("#!/bin/sh\necho no laser >&2\nexit 1\n")
     with pytest.raises(LceError, match=r"launch did not end well \(status 1\): no laser"):
         record.record("pulse:th=2,rest=2", tmp_path / "again", options)
+
+
+def test_the_real_laser_is_armed_by_a_service_call_whose_refusal_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ros2 = tmp_path / "ros2"
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    answer = "std_srvs.srv.SetBool_Response(success={}, message='{}')"
+    ros2.write_text(
+        f'#!/bin/sh\nprintf "%s\\n" $ROS_DOMAIN_ID "$@" > {tmp_path}/words\necho "{answer.format(True, "armed")}"\n'
+    )
+    ros2.chmod(0o755)
+    record.arm_laser(7)
+    words = (tmp_path / "words").read_text().splitlines()
+    assert words == ["7", "service", "call", "/lce/laser/arm", "std_srvs/srv/SetBool", "{data: true}"]
+    ros2.write_text(f'#!/bin/sh\necho "{answer.format(False, "not armed: 1 W are commanded")}"\n')
+    with pytest.raises(LceError, match=r"the laser is not armed: .*1 W are commanded"):
+        record.arm_laser(7)

@@ -511,3 +511,21 @@ def test_a_folder_that_cannot_be_served_is_told_in_one_line(folder: Path, capsys
     assert "none: no such file or folder" in nowhere
     assert "none.yaml: no such file or folder" in no_model
     assert "--port and --host choose another" in busy
+
+
+def test_the_laser_of_the_real_bench_is_armed_by_a_button_that_tells_a_refusal(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ros2 = tmp_path_factory.mktemp("bin") / "ros2"
+    ros2.write_text('#!/bin/sh\necho "SetBool_Response(success=$(cat $0.says))"\n')
+    ros2.chmod(0o755)
+    monkeypatch.setenv("PATH", str(ros2.parent), prepend=":")
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        monkeypatch.setattr(state.monitor, "open", lambda: 7)
+        for says, seen in (("False, message='not armed: 1 W are commanded'", "1 W are commanded"), ("True", "armed")):
+            ros2.with_name("ros2.says").write_text(says)
+            user.find(marker="arm").click()
+            await user.should_see(seen, retries=50)
+
+    tell(folder, story, "Bench")

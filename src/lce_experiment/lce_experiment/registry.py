@@ -15,6 +15,11 @@ if TYPE_CHECKING:  # the command line reads this table without ROS
 NAMESPACE: Final = "/lce"
 
 
+def arm_call(namespace: str = NAMESPACE) -> tuple[str, ...]:
+    """The command that arms the laser of a namespace."""
+    return ("ros2", "service", "call", f"{namespace.rstrip('/')}/laser/arm", "std_srvs/srv/SetBool", "{data: true}")
+
+
 @dataclass(frozen=True)
 class NodeSpec:
     """A node.

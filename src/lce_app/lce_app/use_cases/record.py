@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping
@@ -11,11 +13,12 @@ from pathlib import Path
 from typing import Final, Literal, get_args
 
 from lce_app.errors import ContradictoryOptions, OptionError, check_seed
+from lce_data.errors import LceError
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_experiment import protocols, recording
 from lce_experiment.config import check_power
 from lce_experiment.plan import Plan, folders, seeded
-from lce_experiment.registry import PLAYER
+from lce_experiment.registry import PLAYER, arm_call
 from lce_experiment.runners.processes import Processes
 from lce_experiment.strip import conditions, measured_topics, simulated_strip
 
@@ -23,6 +26,8 @@ Plant = Literal["simulated", "hardware"]
 LAUNCH: Final = ("ros2", "launch", "lce_bringup", "experiment.launch.py", "plant:=hardware")
 POLL_S: Final = 0.1
 """Time between two looks whether a launch has ended [s]."""
+ARM_S: Final = 10.0
+"""Longest wait for the answer of laser/arm [s]."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +140,24 @@ def plan_recordings(protocol: str, out: Path | None, options: Options) -> tuple[
         )
         for k, (wave, folder) in enumerate(zip(waves, places, strict=True))
     )
+
+
+def arm_laser(domain: int) -> None:
+    """Arm the laser of the real bench in a ROS domain. Raises LceError with the reason if it refuses."""
+    try:
+        call = subprocess.run(
+            arm_call(),
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+            capture_output=True,
+            text=True,
+            timeout=ARM_S,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise LceError(f"the laser is not armed: {error}") from None
+    if "success=True" not in call.stdout:
+        lines = (call.stdout + call.stderr).strip().splitlines()
+        raise LceError(f"the laser is not armed: {lines[-1] if lines else 'no answer'}")
 
 
 def _launch(plan: Plan, progress: Progress) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,15 +13,12 @@ from std_msgs.msg import Bool
 from lce_data.errors import LceError
 from lce_data.topics import ARMED
 from lce_experiment.protocols import RATE_HZ
-from lce_experiment.registry import LASER
+from lce_experiment.registry import LASER, arm_call
 from lce_ros.node import LceNode
 
 _REPORT_S = 0.25
 _REASON_S = 1.5
 """Time between a laser that is no longer armed and the end of the player [s]: a reason comes within a second."""
-
-ARM_CALL = "ros2 service call {}/laser/arm std_srvs/srv/SetBool '{{data: true}}'"
-"""The command that arms the laser of a namespace."""
 
 
 class Player(LceNode):
@@ -124,7 +122,7 @@ class Player(LceNode):
             self._waiting_since_s = now_s
         elif not self._asked_to_arm and now_s - self._waiting_since_s > 1.0:
             self._asked_to_arm = True
-            self.get_logger().warning(f"waiting for laser/arm: {ARM_CALL.format(self.get_namespace().rstrip('/'))}")
+            self.get_logger().warning(f"waiting for laser/arm: {shlex.join(arm_call(self.get_namespace()))}")
         if now_s - self._waiting_since_s > self._arming_patience_s:
             raise LceError(f"{self.get_name()}: nobody armed the laser within {self._arming_patience_s:g} s")
         return False

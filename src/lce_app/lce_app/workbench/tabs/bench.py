@@ -9,8 +9,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from nicegui import ui
+from nicegui import run, ui
 
+from lce_app.use_cases.record import arm_laser
 from lce_app.workbench import drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
@@ -22,7 +23,7 @@ from lce_data.waveforms import SHAPES
 from lce_experiment.plan import new_folder
 
 LEVELS: Final = ("ok", "warning", "error")
-ARMED: Final = "hardware"
+WORD: Final = "hardware"
 
 
 def fill(state: WorkbenchState) -> Callable[[], None]:
@@ -81,17 +82,26 @@ class BenchTab:
             ui.label("The real bench needs ros2 launch, which is not installed here.").classes("conditions")
             return
         with ui.dialog() as dialog, ui.card():
-            ui.label(f"The laser will shine on the real strip. Type {ARMED} to arm it.")
-            typed = ui.input("Arm").mark("arm")
+            ui.label(f"The laser will shine on the real strip once it is armed. Type {WORD} to run.")
+            typed = ui.input("Word").mark("word")
 
-            def run() -> None:
+            def begin() -> None:
                 dialog.close()
                 typed.set_value("")
                 self._run_hardware()
 
-            go = ui.button("Run", color="negative", on_click=notify_errors(run)).mark("run hardware")
-            go.bind_enabled_from(typed, "value", lambda word: word == ARMED)
+            go = ui.button("Run", color="negative", on_click=notify_errors(begin)).mark("run hardware")
+            go.bind_enabled_from(typed, "value", lambda word: word == WORD)
         ui.button("Run on the real bench …", on_click=dialog.open).props("outline no-caps")
+        ui.button("Arm its laser", color="negative", on_click=self._arm).props("outline no-caps").mark("arm")
+
+    async def _arm(self) -> None:
+        try:
+            await run.io_bound(arm_laser, self._state.monitor.open())
+        except LceError as error:
+            ui.notify(" ".join(str(error).split()), type="negative")
+        else:
+            ui.notify("armed", type="warning")
 
     def _run(self) -> None:
         settings = parse_settings(str(self._settings.value or "").split())
