@@ -92,9 +92,9 @@ class SimulationInput:
 
     def at_rest_k(self, model: Model, parameters: Floats) -> Floats:
         """Temperature (m,) [K] of the surroundings at the first time, for parameter rows (m, k)."""
-        if AMBIENT not in model.inputs:
-            return parameters[:, model.index(AMBIENT_KEY)].copy()
         kernel = model.kernel
+        if AMBIENT not in kernel.inputs:
+            return parameters[:, model.index(AMBIENT_KEY)].copy()
         state, first = np.empty(kernel.state_size), self.columns(kernel.inputs)[0]
         found = np.empty(parameters.shape[0])
         for i, row in enumerate(np.ascontiguousarray(parameters)):

@@ -69,7 +69,8 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
         for i, term in enumerate(own):
             feeding = [e for e in extra if _feeds(e, term) and not any(_feeds(e, t) for t in own[:i])]
             ordered += [*feeding, term]
-        ordered += [e for e in extra if e not in ordered]
+        placed = {t.name for t in ordered}
+        ordered += [e for e in extra if e.name not in placed]
     return tuple(ordered)
 
 

@@ -11,6 +11,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Final, Literal, get_args
 
 from lce_data.channels import INPUTS, NAMED_INPUT, SENSORS, Channel, in_order, named_input
@@ -186,14 +187,20 @@ class Term:
     def _check_arguments(self, kind: str, function: Callable[..., float | tuple[float, ...]]) -> None:
         arrays = {**dict(self.arrays), **dict(self.vectors)}
         known = {*SIGNALS, *self.states, *arrays, *(p.name for p in self.parameters), "dt"}
-        for argument in inspect.signature(function).parameters:
+        for argument in arguments(function):
             if argument not in known and _input(argument) is None:
                 raise LceError(f"term {self.name}: argument {argument!r} of {kind} is no signal, parameter or state")
 
 
+@cache
+def arguments(function: Callable[..., object]) -> tuple[str, ...]:
+    """Names of the arguments, kept: to look at a signature takes longer than to simulate a step of it."""
+    return tuple(inspect.signature(function).parameters)
+
+
 def reads(term: Term, signal: str) -> bool:
     """Tell whether the signal is an argument of the term's step or start."""
-    return any(signal in inspect.signature(f).parameters for f in term.functions.values())
+    return any(signal in arguments(f) for f in term.functions.values())
 
 
 def inputs_of(terms: Iterable[Term]) -> tuple[Channel, ...]:
@@ -202,7 +209,7 @@ def inputs_of(terms: Iterable[Term]) -> tuple[Channel, ...]:
     for term in terms:
         own = {*term.states, *dict(term.arrays), *dict(term.vectors), *(p.name for p in term.parameters)}
         for function in term.functions.values():
-            found |= {_input(name) for name in inspect.signature(function).parameters if name not in own}
+            found |= {_input(name) for name in arguments(function) if name not in own}
     return in_order(channel for channel in found if channel is not None)
 
 
