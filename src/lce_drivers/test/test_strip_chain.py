@@ -107,6 +107,8 @@ def test_real_time_is_simulated_time_within_the_noise(graph: Graph) -> None:
         [from_stamp(m.header.stamp) for m in run.temperature.messages], times, model.temperature_k
     )
     assert len(error_k) >= 27
+    pairs = zip(run.temperature.times_s, run.temperature.messages, strict=True)
+    assert all(from_stamp(m.header.stamp) < received_s for received_s, m in pairs), "no stamp of the future"
     assert error_k.std() < 0.1 and abs(error_k.mean()) < 0.05
 
 

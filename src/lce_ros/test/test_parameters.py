@@ -36,3 +36,11 @@ def test_choices_are_listed() -> None:
 def test_an_empty_range_is_a_mistake() -> None:
     with pytest.raises(ValueError, match="empty"):
         Rule("p", lower=2.0, upper=1.0)
+
+
+def test_what_can_only_be_lowered_is_not_raised() -> None:
+    rule = Rule("p", "W", 0.0, 10.0, only_lower=True)
+    assert rule.refusal(9.0) is None, "at the start of its node"
+    assert rule.refusal(1.0, now=2.0) is None and rule.refusal(2.0, now=2.0) is None
+    assert rule.refusal(2.5, now=2.0) == "p: 2.5 W is above 2 W; it can only be lowered"
+    assert rule.constraints == "within [0, 10] W; can only be lowered"

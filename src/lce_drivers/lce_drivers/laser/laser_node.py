@@ -155,11 +155,11 @@ class Laser(LceNode):
         stall = self._stall_watch.tick(self._steady.now().nanoseconds * 1e-9, self._power_w > 0.0)
         if stall is not None:
             self._arming.latch(stall)
-            self._check_device()
+            self._arming.latch(self._mismatch())
 
-    def _check_device(self) -> None:
+    def _mismatch(self) -> str | None:
         try:
-            self._arming.latch(self._output.mismatch())
+            return self._output.mismatch()
         except OSError as error:
             raise NodeFault(f"laser: {error}") from error
 
@@ -208,14 +208,11 @@ class Laser(LceNode):
         obstacles = [source.obstacle(now_s) for source in self._sources.values()]
         if self._interlock is not None:
             obstacles.append(self._interlock.obstacle(now_s))
-        try:
-            obstacles.append(self._output.mismatch())
-        except OSError as error:
-            raise NodeFault(f"laser: {error}") from error
+        obstacles.append(self._mismatch())
         return next((obstacle for obstacle in obstacles if obstacle is not None), None)
 
     def _look_around(self) -> None:
-        self._check_device()
+        self._arming.latch(self._mismatch())
         for topic in self._sources:
             publishers = self.count_publishers(topic)
             if publishers > 1:
