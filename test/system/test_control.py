@@ -157,6 +157,30 @@ def test_without_a_fresh_measurement_zero_is_commanded(graph: Graph, tmp_path: P
 
 
 @pytest.mark.parametrize("mode", registry.CONTROLLERS)
+@pytest.mark.parametrize(
+    ("name", "value"), [("quantum", 0.02), ("latency_s", 0.6)], ids=["it repeats 0 mm", "nothing for 0.6 s"]
+)
+def test_a_distance_sensor_that_fails_is_zero_power_until_somebody_arms_again(
+    graph: Graph, tmp_path: Path, mode: str, name: str, value: float
+) -> None:
+    [node] = [spec.name for spec in registry.CONTROLLERS[mode] if spec in registry.TARGET_LISTENERS]
+    with control(graph, mode, tmp_path) as b:
+        b.follow(TARGET_M, 3.0)
+        sensor, before = b.nodes["distance_sensor"], len(b.received["laser/power"])
+        assert b.received["laser/power"].data[-1] > 0.0
+        sensor.set_parameters([Parameter(name, value=value)])
+        b.wait(0.8)
+        sensor.set_parameters([Parameter("quantum", value=1e-6)])
+        b.wait(3.0)
+        power_w = b.received["laser/power"].data[before:]
+        assert set(power_w[20:]) == {0.0}, "dark within 200 ms, and when the sensor is well again"
+        assert b.said(node)[-1].startswith("fault: ")
+        assert b.arm(False) and b.arm(True)
+        b.wait(1.0)
+        assert max(b.received["laser/power"].data[-90:]) > 0.0
+
+
+@pytest.mark.parametrize("mode", registry.CONTROLLERS)
 def test_while_the_laser_is_not_armed_zero_is_commanded_so_that_it_can_be_armed(
     graph: Graph, tmp_path: Path, mode: str
 ) -> None:

@@ -134,6 +134,7 @@ class ControlledStrip:
         self.target = operator.advertise(Float64, "target_displacement", latched=True)
         self.target.publish(Float64(data=TARGET_M))
         readings = graph.collect(Temperature, "temperature", operator)
+        self.displacements = graph.collect(Float64, "displacement", operator)
         self.mend()
         # Which node is up first is chance: a laser that was commanded before the camera spoke has a fault by now.
         graph.until(lambda: readings.messages, 40.0, "a camera")
@@ -149,12 +150,15 @@ class ControlledStrip:
     def relight(self) -> None:
         """Start what was killed, clear the fault that it left, arm, and wait for light."""
         self.mend()
+        before = len(self.displacements)
+        self.graph.until(lambda: len(self.displacements) > before + 5, 30.0, "a distance sensor")
         self.graph.until(self._armed, 30.0, "a laser that is armed")
         self.light.on()
 
     def _armed(self) -> bool:
-        """Whether the laser is armed after a reset; the controllers rest at zero until then."""
-        for client, request in ((self.reset, Trigger.Request()), (self.arm, SetBool.Request(data=True))):
+        """Whether the laser is armed after a reset; until then the controllers rest at zero and forget their faults."""
+        disarm, arm = (SetBool.Request(data=on) for on in (False, True))
+        for client, request in ((self.reset, Trigger.Request()), (self.arm, disarm), (self.arm, arm)):
             if not client.service_is_ready():
                 return False
             answer = client.call_async(request)

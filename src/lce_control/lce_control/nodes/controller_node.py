@@ -20,11 +20,17 @@ class ControllerNode(LceNode):
     So a measurement becomes a command as soon as it arrives. With a timer it would wait for up to a period in every
     node of a cascade. After three ticks without a message, the node steps at every tick, at 100 Hz, and so notices that
     the sensor is silent.
+
+    Attributes
+    ----------
+    laser_armed : whether the laser is armed; true until it says otherwise.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
+        self.laser_armed = True
         self._idle_ticks = 0
+        self.listen(Bool, ARMED, self._take_armed, latched=True)
         # Half a period off: at a tick, the sensor's message is on its way through the nodes.
         self.every(PERIOD_S, self._tick, offset_s=PERIOD_S / 2)
 
@@ -46,6 +52,9 @@ class ControllerNode(LceNode):
         """Decide at ``now_s`` [s], and publish."""
         raise NotImplementedError
 
+    def _take_armed(self, message: Bool) -> None:
+        self.laser_armed = message.data
+
     def _tick(self) -> None:
         self._idle_ticks += 1
         if self._idle_ticks >= 3:  # two may pass before a message that is merely late
@@ -56,17 +65,11 @@ class PowerControllerNode(ControllerNode):
     """A controller that commands the laser.
 
     It commands zero while the laser is not armed, so that somebody can arm it, and as its last word.
-
-    Attributes
-    ----------
-    laser_armed : whether the laser is armed; true until it says otherwise.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
-        self.laser_armed = True
         self._command = self.advertise(Float64, COMMAND)
-        self.listen(Bool, ARMED, self._take_armed, latched=True)
 
     def close(self) -> None:
         """Leave the laser with a zero."""
@@ -76,6 +79,3 @@ class PowerControllerNode(ControllerNode):
     def command(self, power_w: float) -> None:
         """Command a power [W]."""
         self._command.publish(Float64(data=power_w))
-
-    def _take_armed(self, message: Bool) -> None:
-        self.laser_armed = message.data

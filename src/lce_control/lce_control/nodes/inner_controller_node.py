@@ -82,7 +82,7 @@ class InnerController(PowerControllerNode):
         self.report(level, f"{why}: zero power", power_w=0.0)
 
     def _take_setpoint(self, message: Temperature) -> None:
-        self._setpoint = Sample(to_kelvin(message.temperature), self.now_s())
+        self._setpoint = Sample(to_kelvin(message.temperature), min(self.sent_s, self.now_s()))
 
     def _take_temperature(self, message: Temperature) -> None:
         if math.isfinite(message.temperature):

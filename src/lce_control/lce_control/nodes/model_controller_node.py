@@ -14,11 +14,14 @@ Parameters  model_file            path of a model file; empty: the default model
             bias_s                s, time constant of the bias between the displacement and the model
             camera_noise_k        K, standard deviation of the camera's noise
             displacement_timeout_s s, a displacement older than this is ignored
+            displacement_fault_s  s, a silence of the displacement that is a fault
+            frozen_after_s        s, a displacement that repeats itself bit for bit for so long is a fault; 0: never
             temperature_timeout_s s, a temperature older than this is ignored
 
 The node publishes a command at once after each displacement, and at 100 Hz without any. It refuses a target out of
 reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The command is zero without a
-target, a fresh displacement or a fresh temperature, while the laser is not armed, and when the node ends.
+target, a fresh displacement or a fresh temperature, while the laser is not armed, and when the node ends. A
+displacement that is silent or frozen while a target is followed is a fault: zero until the laser is disarmed.
 """
 
 import math
@@ -31,7 +34,8 @@ from std_msgs.msg import Float64
 from lce_control.filters import Sample
 from lce_control.model_control import ModelController as Controller
 from lce_control.nodes.controller_node import PERIOD_S, PowerControllerNode
-from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
+from lce_control.nodes.displacement_input import DisplacementInput
+from lce_data.channels import POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.topics import TARGET
 from lce_model import default_model, load_model
@@ -59,8 +63,6 @@ class ModelController(PowerControllerNode):
                                            "standard deviation of the camera's noise", unit="K",
                                            lower=0.001, upper=5.0, read_only=True),
         }  # fmt: skip
-        self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
-                     lower=0.02, upper=1.0)  # fmt: skip
         self.declare(
             "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
         )
@@ -70,31 +72,34 @@ class ModelController(PowerControllerNode):
         self._controller = Controller(model, hottest_k=hottest_k, delay_s=PERIOD_S, **settings)
         self._target_m = math.nan
         self._refusal: str | None = None
-        self._displacement: Sample | None = None
-        self._new: Sample | None = None
+        self._observed: Sample | None = None
         self._temperature: Sample | None = None
         self._applied_w = self._before_w = 0.0
         self.listen(Float64, TARGET, self._take_target, latched=True)
         self.listen(Float64, POWER.topic, self._take_power)
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
-        self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
+        self._displacement = DisplacementInput(self)
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
-        self._controller.observe(now_s, self._new, self._temperature, self._before_w)
-        self._new, self._before_w = None, self._applied_w
-        displacement, temperature, power_w = self._displacement, self._temperature, 0.0
+        newest = self._displacement.newest
+        self._controller.observe(
+            now_s, newest if newest is not self._observed else None, self._temperature, self._before_w
+        )
+        self._observed, self._before_w = newest, self._applied_w
+        displacement = self._displacement.at(now_s, not math.isnan(self._target_m))
+        temperature, power_w = self._temperature, 0.0
         if not self.laser_armed:
             self.report(Level.OK, "the laser is not armed: zero power", power_w=0.0)
-        elif not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
-            self._rest("no fresh displacement")
+        elif displacement is None:
+            self._rest(self._displacement.missing)
         elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
             self._rest("no fresh temperature")
         elif math.isnan(self._target_m):
             self.report(Level.OK, "no target: zero power")
         else:
             power_w = self._follow(displacement)
-        if self._refusal is not None:
+        if self._refusal is not None and displacement is not None:
             self.report(Level.ERROR, self._refusal)
         self.command(power_w)
 
@@ -137,10 +142,6 @@ class ModelController(PowerControllerNode):
     def _take_temperature(self, message: Temperature) -> None:
         if math.isfinite(message.temperature):
             self._temperature = Sample(to_kelvin(message.temperature), from_stamp(message.header.stamp))
-
-    def _take_displacement(self, message: Float64) -> None:
-        if math.isfinite(message.data):
-            self._displacement = self._new = Sample(message.data, self.now_s())
 
 
 def main(args: list[str] | None = None) -> int:

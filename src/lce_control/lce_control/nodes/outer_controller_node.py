@@ -4,6 +4,7 @@
 Subscribes  target_displacement   std_msgs/Float64, m, latched
             displacement          std_msgs/Float64, m
             temperature           sensor_msgs/Temperature, °C: the integral rests far from the setpoint
+            laser/armed           std_msgs/Bool, latched
 Publishes   temperature_setpoint  sensor_msgs/Temperature, °C, 100 Hz; NaN: no setpoint
 Calls       inverse_temperature   lce_interfaces/srv/InverseTemperature: the feed-forward, once for each target
 Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its gains taken as per millimetre
@@ -11,10 +12,13 @@ Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its ga
             follow_k              K, the integral rests while the strip is further than this from the setpoint
             lower_c, upper_c      °C, limits of the setpoint
             displacement_timeout_s s, a displacement older than this is ignored
+            displacement_fault_s  s, a silence of the displacement that is a fault
+            frozen_after_s        s, a displacement that repeats itself bit for bit for so long is a fault; 0: never
 
 All parameters are live. The node publishes a setpoint at once after each displacement, and at 100 Hz without any. It
 refuses a target out of reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The
-setpoint is NaN before the first target and without a fresh displacement.
+setpoint is NaN before the first target and without a fresh displacement. A displacement that is silent or frozen while
+a target is followed is a fault: NaN until the laser is disarmed.
 """
 
 import math
@@ -22,15 +26,15 @@ import sys
 from typing import Any, Final
 
 from sensor_msgs.msg import Temperature
-from std_msgs.msg import Float64
 
 from lce_control.cascade import FOLLOW_K, OuterLoop
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import ControllerNode
+from lce_control.nodes.displacement_input import DisplacementInput
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
-from lce_data.channels import DISPLACEMENT, TEMPERATURE
+from lce_data.channels import TEMPERATURE
 from lce_data.topics import SETPOINT
 from lce_ros.conversions import to_celsius, to_kelvin
 from lce_ros.health import Level
@@ -50,28 +54,26 @@ class OuterController(ControllerNode):
         self.declare("upper_c", 110.0, "highest setpoint", unit="°C", lower=50.0, upper=250.0)
         self.declare("follow_k", FOLLOW_K, "distance to the setpoint at which the integral rests", unit="K",
                      lower=0.0, upper=1000.0)  # fmt: skip
-        self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
-                     lower=0.02, upper=1.0)  # fmt: skip
         self._outer = OuterLoop(declare_loop(self, TUNED, self._limits, "K", "m"))
         self._target = TargetTracker(self)
-        self._displacement: Sample | None = None
         self._temperature_k = math.nan
         self._setpoint = self.advertise(Temperature, SETPOINT)
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
-        self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
+        self._displacement = DisplacementInput(self)
 
     def step(self, now_s: float) -> None:
         """Publish the setpoint for now."""
         self._target.update(now_s)
-        displacement, setpoint_k = self._displacement, math.nan
-        if not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
+        displacement, setpoint_k = self._displacement.at(now_s, self._target.exists), math.nan
+        if displacement is None:
             self._outer.reset()
-            self.report(Level.ERROR if self._target.exists else Level.OK, "no fresh displacement: no setpoint")
+            level = Level.ERROR if self._target.exists else Level.OK
+            self.report(level, f"{self._displacement.missing}: no setpoint")
         elif not self._target.exists:
             self.report(Level.OK, "no target: no setpoint")
         else:
             setpoint_k = self._follow(now_s, displacement)
-        if self._target.refusal is not None:
+        if self._target.refusal is not None and displacement is not None:
             self.report(Level.ERROR, self._target.refusal)
         self._setpoint.publish(to_message(TEMPERATURE, setpoint_k, now_s))
 
@@ -91,10 +93,6 @@ class OuterController(ControllerNode):
 
     def _limits(self) -> Limits:
         return Limits(to_kelvin(self.value("lower_c")), to_kelvin(self.value("upper_c")))
-
-    def _take_displacement(self, message: Float64) -> None:
-        if math.isfinite(message.data):
-            self._displacement = Sample(message.data, self.now_s())
 
     def _take_temperature(self, message: Temperature) -> None:
         self._temperature_k = to_kelvin(message.temperature)

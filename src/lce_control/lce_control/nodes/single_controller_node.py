@@ -10,24 +10,23 @@ Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless s
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
             max_power_w           W, limit of the command
             displacement_timeout_s s, a displacement older than this is ignored
+            displacement_fault_s  s, a silence of the displacement that is a fault
+            frozen_after_s        s, a displacement that repeats itself bit for bit for so long is a fault; 0: never
 
 All parameters are live. The node publishes a command at once after each displacement, and at 100 Hz without any. It
 refuses a target out of reach as `outer_controller` does. The command is zero without a target or a fresh displacement,
-while the laser is not armed, and when the node ends.
+while the laser is not armed, and when the node ends. A displacement that is silent or frozen while a target is followed
+is a fault: zero until the laser is disarmed.
 """
 
-import math
 import sys
 from typing import Any, Final
 
-from std_msgs.msg import Float64
-
-from lce_control.filters import Sample
 from lce_control.nodes.controller_node import PowerControllerNode
+from lce_control.nodes.displacement_input import DisplacementInput
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
-from lce_data.channels import DISPLACEMENT
 from lce_ros.health import Level
 from lce_ros.node import run
 
@@ -41,23 +40,21 @@ class SingleController(PowerControllerNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("single_controller", **options)
         self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
-        self.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
-                     lower=0.02, upper=1.0)  # fmt: skip
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "m")
         self._target = TargetTracker(self)
-        self._displacement: Sample | None = None
-        self.driven_by(Float64, DISPLACEMENT.topic, self._take_displacement)
+        self._displacement = DisplacementInput(self)
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
         self._target.update(now_s)
-        displacement, power_w = self._displacement, 0.0
+        displacement, power_w = self._displacement.at(now_s, self._target.exists), 0.0
         if not self.laser_armed:
             self._loop.reset()
             self.report(Level.OK, "the laser is not armed: zero power")
-        elif not self.is_fresh(displacement, now_s, "displacement_timeout_s"):
+        elif displacement is None:
             self._loop.reset()
-            self.report(Level.ERROR if self._target.exists else Level.OK, "no fresh displacement: zero power")
+            level = Level.ERROR if self._target.exists else Level.OK
+            self.report(level, f"{self._displacement.missing}: zero power")
         elif not self._target.exists:
             self.report(Level.OK, "no target: zero power")
         else:
@@ -69,13 +66,9 @@ class SingleController(PowerControllerNode):
                 displacement_mm=displacement.value * 1e3,
                 power_w=power_w,
             )
-        if self._target.refusal is not None:
+        if self._target.refusal is not None and displacement is not None:
             self.report(Level.ERROR, self._target.refusal)
         self.command(power_w)
-
-    def _take_displacement(self, message: Float64) -> None:
-        if math.isfinite(message.data):
-            self._displacement = Sample(message.data, self.now_s())
 
 
 def main(args: list[str] | None = None) -> int:

@@ -19,6 +19,7 @@ The controllers bring the power to zero when they end.
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -27,6 +28,7 @@ import numpy as np
 from rclpy.utilities import try_shutdown
 from std_msgs.msg import Float64
 
+from lce_control.nodes.displacement_input import FAULT
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, TARGET
 from lce_experiment.nodes.player_node import Player
@@ -50,6 +52,8 @@ class TargetPlayer(Player):
         recorded = self.declare("wait_for_recorder", False, "wait for the recorder too", read_only=True)
         if self._time_s.size != self._target_m.size or (np.diff(self._time_s) <= 0.0).any():
             raise LceError("target_player: needs one target for each time, and times that rise")
+        for name in wait_for:
+            self.listen_for_errors(name, functools.partial(self._judge, name))
         self._set: float | None = None
         self._target = self.advertise(Float64, TARGET, latched=True)
         # The recorder subscribes to commands once it has a message of each sensor.
@@ -61,6 +65,10 @@ class TargetPlayer(Player):
         if row >= 0 and self._target_m[row] != self._set:
             self._set = float(self._target_m[row])
             self._target.publish(Float64(data=self._set))
+
+    def _judge(self, controller: str, error: str) -> None:
+        if error.startswith(FAULT):
+            raise LceError(f"{self.get_name()}: stopped by {controller}: {error}")
 
 
 def main() -> int:
