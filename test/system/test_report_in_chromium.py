@@ -83,6 +83,11 @@ def _state(page: Page) -> dict[str, str]:
     return state
 
 
+def _unguarded(report: str, instead: str = "") -> str:
+    """The report without its Content-Security-Policy, which runs no script that was changed."""
+    return re.sub("<meta http-equiv.*?>", instead, report)
+
+
 def _moved(page: Page, before: list[str], wanted: list[int]) -> list[int]:
     """The figures that look different, 100 ms after the wanted ones do, or after ten seconds."""
     for _ in range(100):
@@ -104,20 +109,20 @@ def test_every_figure_is_drawn_and_nothing_complains(report: str, show: Show, co
 def test_an_empty_figure_would_be_noticed(report: str, show: Show) -> None:
     blank = report.replace("for (let i = 0; i < xs.length; i++) {", "for (let i = 0; i < 0; i++) {")
     assert blank != report
-    state = _state(show(blank, "#check"))
+    state = _state(show(_unguarded(blank), "#check"))
     assert int(state["inked"]) < int(state["figures"])
 
 
 def test_an_error_in_the_script_would_be_noticed(report: str, show: Show) -> None:
     broken = report.replace("figure.curves)", "figure.nonsense)")
     assert broken != report
-    state = _state(show(broken))
+    state = _state(show(_unguarded(broken)))
     assert "not iterable" in state["error"] and "drawn" not in state
 
 
 @pytest.mark.parametrize("beacon", ["", BEACON])
 def test_the_page_fetches_nothing_even_where_it_may(report: str, show: Show, beacon: str) -> None:
-    page = show(re.sub("<meta http-equiv.*?>", beacon, report))
+    page = show(_unguarded(report, beacon))
     fetched = page.evaluate("() => performance.getEntriesByType('resource').map((entry) => entry.name)")
     assert [name for name in fetched if not name.startswith("data:")] == re.findall('src="(http[^"]*)"', beacon)
 
@@ -125,6 +130,15 @@ def test_the_page_fetches_nothing_even_where_it_may(report: str, show: Show, bea
 def test_the_page_may_not_fetch(report: str, show: Show, complaints: list[str]) -> None:
     show(report.replace("</main>", f"{BEACON}</main>"))
     assert any("Content Security Policy" in complaint for complaint in complaints)
+
+
+def test_no_script_runs_but_those_of_the_page(report: str, show: Show, complaints: list[str]) -> None:
+    ran = "document.body.dataset.ran = 1"
+    smuggled = f"<script>{ran}</script><img alt='' src='data:,' onerror='{ran}'>"
+    page = show(report.replace("</main>", f"{smuggled}</main>"))
+    page.wait_for_load_state("load")
+    assert "ran" not in _state(page)
+    assert sum("Content Security Policy" in complaint for complaint in complaints) == 2
 
 
 def test_figures_of_a_run_move_together_and_others_stay(report: str, show: Show, complaints: list[str]) -> None:
@@ -155,7 +169,7 @@ def test_a_laser_that_is_off_is_not_drawn_beside_100_w(show: Show) -> None:
     text = render_comparison(compare(model, [run_of(model, "off", 0.0), run_of(model, "on", 15.0)]))
     plots = "const plots = []"
     assert text.count(plots) == 1
-    page = show(text.replace(plots, "const plots = window.plots = []"))
+    page = show(_unguarded(text.replace(plots, "const plots = window.plots = []")))
     shown = "plots.filter((p) => p.figure.title === 'laser power P').map((p) => [p.scales.y.min, p.scales.y.max])"
     off, on = page.evaluate(shown)
     assert off == [0.0, 1.0]

@@ -227,7 +227,7 @@ MARK = "<img src=data:, onerror=window.ran=1><script>window.ran=2</script>"
 
 def test_what_files_hold_is_shown_as_text(tmp_path: Path, campaign: Path) -> None:
     run = (campaign / "pulse.csv").read_text()
-    names = ("a\" :onclick=\"window.ran=3.csv", "b' onfocus='window.ran=4.csv", f"c {MARK.replace('/', '')}.csv")
+    names = ('a" :onclick="window.ran=3.csv', "b' onfocus='window.ran=4.csv", f"c {MARK.replace('/', '')}.csv")
     for name in names:
         (tmp_path / name).write_text(run)
     (tmp_path / "d.csv").write_text(run)

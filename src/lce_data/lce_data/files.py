@@ -39,6 +39,11 @@ def read_at_most(path: Path, most_bytes: int) -> bytes:
     return content
 
 
+def printable(text: str) -> str:
+    r"""The text, with ``\udcff`` and the like spelt out: a name of a file may hold bytes that are no UTF-8."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def read_csv_rows(path: Path) -> list[list[str]]:
     """Read the cells of a CSV file, row by row. Raises LceError if it cannot be read or is not such a text."""
     check_regular(path)
@@ -59,7 +64,7 @@ def write_atomically(path: Path, text: str | Iterable[str]) -> None:
     new: Path | None = None
     try:
         with tempfile.NamedTemporaryFile(
-            "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8"
+            "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8", errors="backslashreplace"
         ) as file:
             new = Path(file.name)
             file.writelines([text] if isinstance(text, str) else text)

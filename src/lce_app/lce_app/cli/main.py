@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -33,6 +34,7 @@ COMMANDS = {
     "effects": "the library of physical effects, with equations and units",
     "simulate": "run a model without ROS: a power waveform in, a CSV out",
     "trust": "let effect files run that a model lists, as long as they stay as they are",
+    "policy": "who may publish, read and call what in a secured graph (SROS2)",
     "workbench": "the same as a local web page",
 }
 """Command name (module lce_app.cli.commands.NAME) and its line in `lce --help`."""
@@ -45,6 +47,8 @@ FLAGS = {"hold_s": "hold"}
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit status."""
     argv = sys.argv[1:] if argv is None else argv
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files, and texts in them, may be no Unicode
+        sys.stdout.reconfigure(errors="backslashreplace")
     args = _parser(argv).parse_args(argv)
     command = command_module(args.command)
     try:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lce_app.workbench.state import WorkbenchState
+from lce_data.files import printable
 
 
 def compare(state: WorkbenchState, model: Path) -> str:
@@ -65,4 +66,4 @@ def _line(state: WorkbenchState, *words: str | Path | Sequence[Path]) -> str:
         else:
             files = [word] if isinstance(word, Path) else word
             line += [file.relative_to(state.folder).as_posix() for file in files]
-    return shlex.join(line)
+    return printable(shlex.join(line))

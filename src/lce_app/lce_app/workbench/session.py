@@ -15,7 +15,7 @@ from typing import Final, Literal
 from msgspec import Struct, to_builtins
 
 from lce_data.errors import LceError
-from lce_data.files import write_atomically
+from lce_data.files import printable, write_atomically
 from lce_data.schema import checked, read_yaml
 from lce_data.yaml_text import dump
 
@@ -158,16 +158,23 @@ def is_run(path: Path) -> bool:
 
 
 def find_runs(folder: Path, depth: int = 4) -> dict[str, Path]:
-    """Paths that look like runs in a folder and below it, by their path from there; links out of it are left out."""
+    """Paths that look like runs in a folder and below it, by their path from there; links out of it are left out.
+
+    So are folders that may not be read.
+    """
     root = folder.resolve()
     found: dict[str, Path] = {}
 
     def look(place: Path, left: int) -> None:
-        for path in sorted(place.iterdir()):
+        try:
+            entries = sorted(place.iterdir())
+        except OSError:
+            return
+        for path in entries:
             if path.name.startswith(".") or path == root / NAME or not path.resolve().is_relative_to(root):
                 continue
             if is_run(path):
-                found[path.relative_to(root).as_posix()] = path
+                found[printable(path.relative_to(root).as_posix())] = path
             elif path.is_dir() and left:
                 look(path, left - 1)
 

@@ -15,6 +15,7 @@ from lce_app.workbench.jobs import Job, Task
 from lce_app.workbench.session import Role, Session
 from lce_app.workbench.topic_monitor import TopicMonitor
 from lce_data.errors import LceError
+from lce_data.files import printable
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
@@ -297,4 +298,4 @@ def _read(path: Path, name: str, folder: Path) -> RunEntry:
         run = replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap"))
         return RunEntry(path, run, warnings=suspicions(run))
     except LceError as error:
-        return RunEntry(path, error=str(error).replace(f"{folder}/", ""))
+        return RunEntry(path, error=printable(str(error).replace(f"{folder}/", "")))

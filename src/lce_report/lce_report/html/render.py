@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """From sections to the text of one HTML file that opens anywhere, without a network."""
 
+import base64
+import hashlib
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -23,7 +25,8 @@ def render(title: str, answer: Sequence[str], sections: Sequence[Section], foote
     Returns
     -------
     str
-        The text of an HTML file, which asks the network for nothing. Any text may hold any characters: it is escaped.
+        The text of an HTML file, which asks the network for nothing. Any text may hold any characters: it is escaped,
+        and no script runs but the two of the page.
     """
     from markupsafe import Markup
 
@@ -31,7 +34,8 @@ def render(title: str, answer: Sequence[str], sections: Sequence[Section], foote
     arrays = Arrays()
     page = Fragment(arrays)
     evidence = [{"heading": s.heading, "html": Markup("").join(map(page.block, s.blocks))} for s in sections]
-    script = _text([uplot / "uPlot.iife.js"]).replace("</script", "<\\/script")
+    drawing = _text([uplot / "uPlot.iife.js"]).replace("</script", "<\\/script")
+    script = _text([static / "figures.js", static / "page.js"])
     return templates().get_template("page.html").render(
         title=title,
         answer=answer,
@@ -40,9 +44,15 @@ def render(title: str, answer: Sequence[str], sections: Sequence[Section], foote
         style=Markup(_text([uplot / "uPlot.min.css", static / "figures.css", static / "page.css"])),
         figures=page.figures,
         numbers=arrays.packed(),
-        uplot=Markup(script),
-        script=Markup(_text([static / "figures.js", static / "page.js"])),
+        hashes=Markup(f"{_hash(drawing)} {_hash(script)}"),
+        uplot=Markup(drawing),
+        script=Markup(script),
     )  # fmt: skip
+
+
+def _hash(script: str) -> str:
+    """A script as a Content-Security-Policy names it, so that no other one runs."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def _text(parts: Iterable[Traversable]) -> str:

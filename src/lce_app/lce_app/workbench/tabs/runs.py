@@ -51,7 +51,7 @@ def _row(state: WorkbenchState, name: str, entry: RunEntry) -> None:
             for warning in entry.warnings:
                 ui.label(warning).classes("bad")
         with ui.element("td").classes("measured"):
-            for line in _measured(entry.run) if entry.run else ():
+            for line in measured(entry.run) if entry.run else ():
                 ui.label(line)
         with ui.element("td"):
             if entry.run:
@@ -80,7 +80,7 @@ def _condition(key: str, value: Any) -> str:
     return f"{(name if unit else key).replace('_', ' ')} {number} {unit or ''}".rstrip()
 
 
-def _measured(run: Run) -> list[str]:
+def measured(run: Run) -> list[str]:
     """What was measured how often, and for how long."""
     length_s = max(series.time_s[-1] for series in run.series.values())
     rates = {channel.symbol: 1.0 / float(np.median(np.diff(s.time_s))) for channel, s in run.series.items()}
