@@ -73,10 +73,12 @@ def read_yaml(path: Path) -> Any:
 
     try:
         return load(read_at_most(path, MOST_BYTES).decode())
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
-        where = f"line {mark.line + 1}: " if mark else ""
-        raise LceError(f"{path}: not a YAML file ({where}{problem or 'not a text'})") from None
+    except UnicodeDecodeError:
+        raise LceError(f"{path}: not a YAML file (not a text)") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        why = f"line {mark.line + 1}: {getattr(error, 'problem', '')}" if mark else " ".join(str(error).split())
+        raise LceError(f"{path}: not a YAML file ({why})") from None
 
 
 def _reason(message: str, content: object, kind: type) -> str:

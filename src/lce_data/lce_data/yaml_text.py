@@ -35,8 +35,8 @@ def load(text: str) -> Any:
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if isinstance(event, yaml.AliasEvent):
             raise _refused("an alias (*) is not read here; write the value out", event)
-        if getattr(event, "tag", None) not in (None, "!"):
-            raise _refused(f"a tag ({event.tag}) is not read here", event)
+        if (tag := getattr(event, "tag", None)) not in (None, "!"):
+            raise _refused(f"a tag ({tag}) is not read here", event)
         if depth > DEEPEST:
             raise _refused(f"nested deeper than {DEEPEST}", event)
     return yaml.load(text, Loader)
@@ -47,8 +47,9 @@ def dump(value: object) -> str:
     return yaml.dump(value, Dumper=_Plain, sort_keys=False, allow_unicode=True)
 
 
-def _refused(why: str, event: yaml.Event) -> yaml.MarkedYAMLError:
-    return yaml.MarkedYAMLError(problem=why, problem_mark=event.start_mark)
+def _refused(why: str, at: yaml.Event | yaml.Node) -> yaml.YAMLError:
+    line = at.start_mark.line + 1 if at.start_mark else 0
+    return yaml.YAMLError(f"line {line}: {why}")
 
 
 def _int(loader: Loader, node: yaml.ScalarNode) -> int:
@@ -57,7 +58,7 @@ def _int(loader: Loader, node: yaml.ScalarNode) -> int:
     except ValueError:  # Python reads no more than some thousand digits
         number = LARGEST
     if abs(number) >= LARGEST:
-        raise yaml.MarkedYAMLError(problem="a number of too many digits", problem_mark=node.start_mark)
+        raise _refused("a number of too many digits", node)
     return number
 
 
