@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bench whose laser hangs on an emulated LabJack: the light is the voltage of its output, its watchdog included.
+
+Nothing of the product says whether there is light. Nodes are processes; a camera and a commander that misbehave are
+publishers of this process.
+"""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from labjack_emulator import LabJackEmulator
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+from lce_experiment import registry
+from lce_experiment.registry import NodeSpec
+from lce_ros.conversions import to_stamp
+from lce_ros.testing import Graph
+
+WATT: Final = 1.0
+NOISE_K: Final = 0.05
+SETTINGS: Final[Mapping[str, Mapping[str, Any]]] = {
+    "outer_controller": {"kp": 2000.0, "ki": 500.0},
+    "inner_controller": {"kp": 0.5, "ki": 0.05},
+}
+"""Gains with which the controllers follow a target."""
+
+
+class Light:
+    """When there was light last, looked at each millisecond by a thread."""
+
+    def __init__(self, device: LabJackEmulator) -> None:
+        self._device = device
+        self._stop = threading.Event()
+        self.lit_s = -math.inf
+        self.dark_s = -math.inf
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def _watch(self) -> None:
+        while not self._stop.wait(0.001):
+            if self._device.dac0_v > 0.0:
+                self.lit_s = time.monotonic()
+            else:
+                self.dark_s = time.monotonic()
+
+    def close(self) -> None:
+        """Look no more."""
+        self._stop.set()
+
+
+class StandStill:
+    """How long this whole machine stood still [s], as a process that only sleeps sees it, in pauses beyond 20 ms."""
+
+    CODE = """
+import sys, time
+stood, last = 0.0, time.monotonic()
+while True:
+    time.sleep(0.005)
+    now = time.monotonic()
+    stood += now - last if now - last > 0.02 else 0.0
+    last = now
+    print(stood, flush=True)
+"""
+
+    def __init__(self) -> None:
+        self._sleeper = subprocess.Popen([sys.executable, "-c", self.CODE], stdout=subprocess.PIPE, text=True)
+        self._stood_s = 0.0
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self._sleeper.stdout is not None
+        for line in self._sleeper.stdout:
+            self._stood_s = float(line)
+
+    @property
+    def stood_s(self) -> float:
+        """Until now."""
+        return self._stood_s
+
+    def close(self) -> None:
+        """Look no more."""
+        self._sleeper.kill()
+        self._sleeper.wait()
+
+
+class Bench:
+    """The laser on its device, and what drives it.
+
+    Parameters
+    ----------
+    graph : of this process.
+    nodes : that run beside the laser, as processes.
+    by_hand : a camera and a commander of this process take their part.
+
+    Attributes
+    ----------
+    show : what the camera of this process publishes at each of its ticks, 10 times a second; None: nothing.
+    command : the same of the commander, 100 times a second.
+    """
+
+    def __init__(self, graph: Graph, nodes: tuple[NodeSpec, ...], by_hand: bool) -> None:
+        self.graph = graph
+        self.device = LabJackEmulator(clock=time.monotonic)
+        self.light, self.machine = Light(self.device), StandStill()
+        self.folder = Path(tempfile.mkdtemp(prefix="lce-faults-"))
+        self.specs = {spec.name: spec for spec in (registry.LASER, *nodes)}
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.node = graph.probe("hand")
+        self.reset = self.node.create_client(Trigger, "laser/reset")
+        self.arm = self.node.create_client(SetBool, "laser/arm")
+        self.target = self.node.advertise(Float64, "target_displacement", latched=True)
+        self.target.publish(Float64(data=1.0e-3))
+        self.displacements = graph.collect(Float64, "displacement", self.node)
+        self.rng = np.random.default_rng(1)
+        self.command_w = 0.0
+        self.show: Callable[[], None] | None = self.measured
+        self.command: Callable[[], None] | None = self.commanded
+        if by_hand:
+            self.camera = self.node.advertise(Temperature, "temperature")
+            self.commander = self.node.advertise(Float64, "laser/power_command")
+            self.node.every(0.1, lambda: self.show and self.show())
+            self.node.every(0.01, lambda: self.command and self.command())
+        self.mend()
+
+    def mend(self) -> None:
+        """Start what does not run, and let the camera and the commander be as they should."""
+        self.show, self.command = self.measured, self.commanded
+        self.device.mute, self.device.resets, self.device.echo = False, 0, None
+        self.device.stuck.clear()
+        for name, spec in self.specs.items():
+            if name not in self.processes or self.processes[name].poll() is not None:
+                self.processes[name] = self._start(spec)
+
+    def lit(self) -> None:
+        """Reset, arm, and wait until there was light for half a second without a pause."""
+        self.command_w = 0.0
+        if "distance_sensor" in self.specs:
+            before = len(self.displacements)
+            self.graph.until(lambda: len(self.displacements) > before + 5, 40.0, "a distance sensor")
+        self.graph.until(self._armed, 40.0, "an armed laser")
+        self.command_w = WATT
+        self.graph.until(lambda: self.light.lit_s - self.light.dark_s > 0.5, 40.0, "half a second of light")
+
+    def signal(self, name: str, number: signal.Signals) -> None:
+        """Send a signal to a node."""
+        self.processes[name].send_signal(number)
+
+    def measured(self, celsius: float | None = None, ahead_s: float = 0.0) -> None:
+        """Publish a temperature [°C]: some 40 °C with noise, or the one given, stamped so far ahead."""
+        value = 40.0 + NOISE_K * float(self.rng.standard_normal()) if celsius is None else celsius
+        message = Temperature(temperature=value)
+        message.header.stamp = to_stamp(self.node.now_s() + ahead_s)
+        self.camera.publish(message)
+
+    def commanded(self, power_w: float | None = None) -> None:
+        """Publish a command [W]: the present one, or the one given."""
+        self.commander.publish(Float64(data=self.command_w if power_w is None else power_w))
+
+    def tracebacks(self) -> int:
+        """How many exceptions the nodes have told on stderr."""
+        return sum(path.read_text(errors="replace").count("Traceback") for path in self.folder.glob("*.err"))
+
+    def close(self) -> None:
+        """End everything."""
+        for process in self.processes.values():
+            process.send_signal(signal.SIGCONT)
+            process.terminate()
+        for process in self.processes.values():
+            try:
+                process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self.light.close()
+        self.machine.close()
+        self.device.close()
+
+    def _armed(self) -> bool:
+        requests = (
+            (self.reset, Trigger.Request()),
+            (self.arm, SetBool.Request(data=False)),
+            (self.arm, SetBool.Request(data=True)),
+        )
+        for client, request in requests:
+            if not client.service_is_ready():
+                return False
+            answer = client.call_async(request)
+            try:
+                self.graph.until(answer.done, 1.0)
+            except AssertionError:  # a laser that has just ended answers nobody
+                client.remove_pending_request(answer)
+                return False
+            if not answer.result().success:
+                return False
+        return True
+
+    def _start(self, spec: NodeSpec) -> "subprocess.Popen[bytes]":
+        parameters = dict(SETTINGS.get(spec.name, {}))
+        if spec is registry.LASER:
+            parameters |= {
+                "device": "labjack",
+                "labjack.host": "127.0.0.1",
+                "labjack.port": self.device.port,
+                "labjack.volts_per_watt": 2.0,
+            }
+        if spec is registry.RECORDER:
+            parameters["out"] = str(self.folder / f"bag-{time.time_ns()}")
+        options = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
+        with (self.folder / f"{spec.name}.err").open("ab") as errors:
+            return subprocess.Popen(
+                [*spec.command, "--ros-args", "-r", f"__ns:={registry.NAMESPACE}", *options],
+                env=os.environ | {"ROS_DOMAIN_ID": str(self.graph.domain)},
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
+            )

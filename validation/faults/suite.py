@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make faults`: every fault, many times, on a bench of real processes with an emulated LabJack.
+
+    python validation/faults/suite.py --repetitions 20 --only camera
+
+Each time: reset and arm, half a second of light, the fault, the time until there is no voltage any more, the cause
+taken away, and some seconds in which light must not come back by itself. Time in which the whole machine stood still is
+taken off: no software on it can do anything then.
+"""
+
+import argparse
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from tqdm import tqdm
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src" / "lce_drivers" / "test"))
+
+from bench import Bench
+from catalogue import FAULTS, Fault, Where
+
+from lce_experiment import registry
+from lce_ros.testing import Graph, open_graph
+
+WATCHED_S: Final[Mapping[Where, float]] = {"loop": 4.0, "by hand": 1.5}
+"""After the cause has gone: longer than any pause that is not yet a fault, and until a node that was killed is back."""
+LOOP: Final = (*registry.BENCH[1:], *registry.CONTROLLERS["double"])
+
+
+@dataclass
+class Outcome:
+    """What was seen of one fault.
+
+    dark_s : time until there was no light [s], of each repetition.
+    returned : repetitions in which light came back before anybody reset and armed.
+    tracebacks : exceptions told by the nodes.
+    failed : what ended the repetitions early, "" if nothing did.
+    """
+
+    fault: Fault
+    dark_s: list[float] = field(default_factory=list)
+    returned: int = 0
+    tracebacks: int = 0
+    failed: str = ""
+
+    @property
+    def held(self) -> bool:
+        """Whether every promise was kept."""
+        late = any(dark_s > self.fault.limit_s for dark_s in self.dark_s)
+        return not (late or self.returned or self.tracebacks or self.failed)
+
+
+def once(bench: Bench, fault: Fault) -> tuple[float, bool]:
+    """Time until there was no light [s], and whether it came back."""
+    bench.mend()
+    bench.lit()
+    stood_s, began_s = bench.machine.stood_s, time.monotonic()
+    cure = fault.strike(bench)
+    bench.graph.spin_for(fault.limit_s + 1.0)
+    dark_s = max(0.0, bench.light.lit_s - began_s - (bench.machine.stood_s - stood_s))
+    if cure is not None:
+        cure()
+    bench.mend()
+    cured_s = time.monotonic()
+    bench.graph.spin_for(WATCHED_S[fault.where])
+    return dark_s, bench.light.lit_s > cured_s
+
+
+def judged(faults: Sequence[Fault], repetitions: int, bar: "tqdm[None]") -> Iterator[Outcome]:
+    """Every fault, so many times; those of one kind of bench on the same one."""
+    where: Where
+    for where in ("loop", "by hand"):
+        chosen = [fault for fault in faults if fault.where == where]
+        for fault in chosen:
+            with open_graph() as graph:
+                yield repeated(graph, fault, repetitions, bar)
+
+
+def repeated(graph: Graph, fault: Fault, repetitions: int, bar: "tqdm[None]") -> Outcome:
+    """One fault, so many times, on a bench of its own."""
+    outcome = Outcome(fault)
+    bench = Bench(graph, LOOP if fault.where == "loop" else (), fault.where == "by hand")
+    try:
+        for _ in range(repetitions):
+            dark_s, returned = once(bench, fault)
+            outcome.dark_s.append(dark_s)
+            outcome.returned += returned
+            bar.set_description_str(f"{fault.name}: {max(outcome.dark_s) * 1e3:.0f} ms")
+            bar.update()
+    except AssertionError as error:
+        outcome.failed = str(error)
+    finally:
+        bench.close()
+    outcome.tracebacks = bench.tracebacks()
+    return outcome
+
+
+def version() -> str:
+    """The software that was judged."""
+    words = ["git", "describe", "--always", "--dirty"]
+    return subprocess.run(words, cwd=Path(__file__).parent, capture_output=True, text=True).stdout.strip() or "unknown"
+
+
+def report(outcomes: Sequence[Outcome], command: str) -> str:
+    """The table, as docs/faults.md."""
+    lines = [
+        "# Faults",
+        "",
+        f"Written by `{command}`, version {version()}.",
+        "A bench of real processes on an emulated LabJack: the light is the voltage of its output, watchdog included.",
+        "Each time the laser is reset and armed and shines for half a second; then comes the fault; then its cause",
+        "goes away, what was killed is started again, and for some seconds light must not come back. Time in which the",
+        "whole machine stood still is taken off. What is promised, and why, is in [safety.md](safety.md).",
+        "",
+        "| fault | repetitions | median time to dark | worst | promised | light came back | exceptions | |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for o in outcomes:
+        times = sorted(o.dark_s)
+        middle, worst = (f"{times[len(times) // 2] * 1e3:.0f} ms", f"{times[-1] * 1e3:.0f} ms") if times else ("", "")
+        said = "held" if o.held else f"**not held** {o.failed}".strip()
+        lines.append(
+            f"| {o.fault.name} | {len(times)} | {middle} | {worst} | {o.fault.limit_s * 1e3:.0f} ms | {o.returned} | "
+            f"{o.tracebacks} | {said} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    """Strike, print and write the table; 1 if a promise was broken."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repetitions", type=int, default=20, help="of each fault")
+    parser.add_argument("--only", default="", help="faults whose name holds this text")
+    parser.add_argument("--out", type=Path, help="write the table, as docs/faults.md")
+    args = parser.parse_args()
+    faults = [fault for fault in FAULTS if args.only in fault.name]
+    outcomes: list[Outcome] = []
+    with tqdm(total=len(faults) * args.repetitions, unit="fault", dynamic_ncols=True) as bar:
+        try:
+            outcomes.extend(judged(faults, args.repetitions, bar))
+        except KeyboardInterrupt:
+            return 130
+    text = report(outcomes, f'make faults FAULTS="--repetitions {args.repetitions}"')
+    print(text)
+    if args.out:
+        args.out.write_text(text, encoding="utf-8")
+    return 0 if all(outcome.held for outcome in outcomes) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
