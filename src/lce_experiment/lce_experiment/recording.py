@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import NoReturn
 
 from lce_data import experiment_file as experiment
@@ -13,6 +13,8 @@ from lce_data.errors import LceError
 from lce_data.progress import Progress, silent
 from lce_experiment.domain import own_domain
 from lce_experiment.plan import Plan
+from lce_experiment.registry import LASER, NAMESPACE
+from lce_ros.domain import only_laser
 
 
 def record(plan: Plan, progress: Progress = silent) -> None:
@@ -26,13 +28,17 @@ def record(plan: Plan, progress: Progress = silent) -> None:
     Raises
     ------
     LceError
-        If a node fails. An exception that ends a run carries a note with the folder of what was recorded until then.
+        If the user's ROS domain has a laser already, or a node fails. An exception that ends a run carries a note with
+        the folder of what was recorded until then.
     KeyboardInterrupt
         On Ctrl-C, and on SIGTERM after :func:`interruptible`.
     """
     plan.report(progress, 0.0)
     try:
-        with own_domain():
+        with own_domain() as domain, ExitStack() as laser:
+            laser.enter_context(only_laser(domain, f"{NAMESPACE}/{LASER.name}"))
+            if not plan.fast:
+                laser.close()  # there is none so far; the laser of the run is a process that claims this itself
             _runner(plan)(plan, progress)
     except BaseException as error:
         if (plan.folder / experiment.FILE_NAME).exists():

@@ -18,9 +18,10 @@ from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_experiment import protocols, recording
 from lce_experiment.config import check_power
 from lce_experiment.plan import Plan, folders, seeded
-from lce_experiment.registry import PLAYER, arm_call
+from lce_experiment.registry import LASER, NAMESPACE, PLAYER, arm_call
 from lce_experiment.runners.processes import Processes
 from lce_experiment.strip import conditions, measured_topics, simulated_strip
+from lce_ros.domain import domain_of, only_laser
 
 Plant = Literal["simulated", "hardware"]
 LAUNCH: Final = ("ros2", "launch", "lce_bringup", "experiment.launch.py", "plant:=hardware")
@@ -163,8 +164,10 @@ def arm_laser(domain: int) -> None:
 def _launch(plan: Plan, progress: Progress) -> None:
     """Run a plan on the real bench, in the ROS domain of the environment, by a launch file that ends with the run.
 
-    Raises LceError if the launch fails.
+    Raises LceError if that domain has a laser already, or the launch fails.
     """
+    with only_laser(domain_of(os.environ.get("ROS_DOMAIN_ID") or "0"), f"{NAMESPACE}/{LASER.name}"):
+        pass  # there is none so far; the launch brings its own
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="lce_run_") as logs, Processes(Path(logs)) as nodes:
         launch = nodes.start("launch", [*LAUNCH, f"protocol:={plan.protocol}", f"out:={plan.folder}"])

@@ -33,6 +33,7 @@ its watchdog. A device that does not answer ends the node with status 1. The sta
 """
 
 import sys
+from contextlib import ExitStack
 from typing import Any, Final
 
 from rclpy.clock import Clock
@@ -52,6 +53,7 @@ from lce_drivers.laser.laser_limits import declare_limits, power_limits, tempera
 from lce_drivers.laser.power_guard import PowerGuard, State
 from lce_drivers.laser.sole_source import SoleSource
 from lce_ros.conversions import from_stamp, to_kelvin
+from lce_ros.domain import only_laser
 from lce_ros.health import Level
 from lce_ros.node import LceNode, NodeFault, run
 
@@ -243,7 +245,14 @@ class Laser(LceNode):
 
 def main(args: list[str] | None = None) -> int:
     """Entry point of the executable; the exit status."""
-    return run(Laser, args)
+    with ExitStack() as claims:
+
+        def only() -> Laser:
+            laser = Laser()
+            claims.enter_context(only_laser(laser.context.get_domain_id(), laser.get_fully_qualified_name()))
+            return laser
+
+        return run(only, args)
 
 
 if __name__ == "__main__":
