@@ -4,6 +4,8 @@ import threading
 import time
 import tty
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 from std_msgs.msg import Float64
@@ -107,6 +109,9 @@ def test_the_older_dialect_is_read_too() -> None:
         (b"MS,01,\r", "not a number"),
         (b"MS,01,+nan\r", "not a number"),
         (b"MS,01,12..3\r", "not a number"),
+        (b"MS,01,+1e5\r", "not a number"),
+        (b"MS,01,+1_000\r", "not a number"),
+        (b"MS,01,+inf\r", "not a number"),
         (b"\xff\xfe\r", "no answer"),
         (b"\r", "no answer"),
     ],
@@ -119,6 +124,24 @@ def test_what_is_not_a_number_says_what_it_is(answer: bytes, words: str) -> None
 def test_display_becomes_displacement() -> None:
     assert Mounting().displacement_m(1.5) == pytest.approx(1.5e-3)
     assert Mounting(sign=-1.0, zero=2.0).displacement_m(-3.0) == pytest.approx(1e-3)
+
+
+def test_a_displacement_that_cannot_be_is_no_reading() -> None:
+    with pytest.raises(NoReading, match=r"a displacement of 100 m is outside \[-0\.08, 0\.08\] m"):
+        Mounting().displacement_m(1e5)
+    assert Mounting(lower_m=-1.0, upper_m=0.2).displacement_m(150.0) == pytest.approx(0.15)
+
+
+def test_a_port_that_is_lost_is_an_os_error_which_the_thread_outlives(controller: Controller) -> None:
+    """Flushing a descriptor that is none of a terminal raises termios.error, as after an adapter was pulled out."""
+    port: Any = open_port(controller.path, 115200, 0.2)
+    sensor = KeyenceLink(port, "lk_g5000", 1, Mounting(), lambda: 0.0)
+    assert sensor.read() is not None
+    with Path(os.devnull).open() as nothing:
+        os.dup2(nothing.fileno(), port.fileno())
+    with pytest.raises(OSError, match="Inappropriate ioctl"):
+        sensor.read()
+    sensor.close()
 
 
 def test_a_reading_over_a_serial_line(controller: Controller) -> None:

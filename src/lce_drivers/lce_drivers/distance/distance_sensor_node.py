@@ -5,7 +5,7 @@ Publishes   displacement      std_msgs/Float64, m, contraction positive, 100 Hz
 Subscribes  sim/displacement  std_msgs/Float64, m, the true one (device simulated only)
 Parameters  device            simulated | keyence
             noise_rms, quantum (m), latency_s (s), seed of the simulated sensor
-            keyence.*         port, baud_rate, timeout_s, dialect, out, sign, zero, metres
+            keyence.*         port, baud_rate, timeout_s, dialect, out, sign, zero, metres, lower_m, upper_m
             stale_after_s     s, silence after which the node warns in /diagnostics
 
 The simulated sensor measures each sample of the strip as it comes: a timer of its own would make every recorded
@@ -42,6 +42,8 @@ def keyence(node: SensorNode) -> SensorDevice:
         sign=fixed("sign", 1.0, "1, or -1 if contraction lowers the display", lower=-1.0, upper=1.0),
         zero=fixed("zero", 0.0, "sign * display of the strip at rest", unit="unit of the display"),
         metres=fixed("metres", 1e-3, "one unit of the display", unit="m", lower=1e-9, upper=1.0),
+        lower_m=fixed("lower_m", -0.08, "lowest displacement that is believed", unit="m", lower=-10.0, upper=0.0),
+        upper_m=fixed("upper_m", 0.08, "highest displacement that is believed", unit="m", lower=0.0, upper=10.0),
     )
     device = Background(
         lambda: KeyenceLink(open_port(path, baud_rate, timeout_s), dialect, out, mounting, node.now_s),

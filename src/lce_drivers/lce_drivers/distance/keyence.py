@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Keyence laser displacement sensors over RS-232: LK-G5000 and the older LK-G; ASCII, ended by CR."""
 
-import math
-from collections.abc import Callable
+import re
+import termios
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -10,6 +12,8 @@ from lce_drivers.background import NoReading
 from lce_drivers.sensor import Reading
 
 CR: Final = b"\r"
+NUMBER: Final = re.compile(r"[+-]?[0-9]+(\.[0-9]*)?")
+"""All that a display can show: no exponent, whatever noise on the line makes look like one."""
 WRONG_STATE: Final = 51
 ERRORS: Final = {
     50: "command error",
@@ -62,26 +66,30 @@ def parse(answer: bytes, command: str) -> float:
         raise NoReading(f"over range ({field})")
     if digits and set(digits) <= {"X", "-"}:
         raise NoReading(f"no value ({field})")
-    try:
-        value = float(field)
-    except ValueError:
-        raise NoReading(f"{field!r} in the answer {text!r} is not a number") from None
-    if not math.isfinite(value):
+    if not NUMBER.fullmatch(field):
         raise NoReading(f"{field!r} in the answer {text!r} is not a number")
-    return value
+    return float(field)
 
 
 @dataclass(frozen=True, slots=True)
 class Mounting:
-    """How the display becomes a displacement: (sign * display - zero) * metres, contraction positive."""
+    """How the display becomes a displacement: (sign * display - zero) * metres, contraction positive.
+
+    Beyond ``lower_m`` and ``upper_m`` [m] there is no displacement: twice the ±40 mm that an LK-H152 measures.
+    """
 
     sign: float = 1.0
     zero: float = 0.0
     metres: float = 1e-3
+    lower_m: float = -0.08
+    upper_m: float = 0.08
 
     def displacement_m(self, display: float) -> float:
-        """Displacement [m] for a value in the unit of the display."""
-        return (self.sign * display - self.zero) * self.metres
+        """Displacement [m] for a value in the unit of the display. Raises NoReading if it cannot be one."""
+        found_m = (self.sign * display - self.zero) * self.metres
+        if not self.lower_m <= found_m <= self.upper_m:
+            raise NoReading(f"a displacement of {found_m:g} m is outside [{self.lower_m:g}, {self.upper_m:g}] m")
+        return found_m
 
 
 class Port(Protocol):
@@ -104,8 +112,18 @@ def open_port(path: str, baud_rate: int, timeout_s: float) -> Port:
     """A serial port, 8N1. Raises OSError if the port does not exist or is in use."""
     import serial
 
-    port: Port = serial.Serial(path, baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
+    with _lost_port_is_os_error():
+        port: Port = serial.Serial(path, baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
     return port
+
+
+@contextmanager
+def _lost_port_is_os_error() -> Iterator[None]:
+    """pySerial lets termios.error through, which is no OSError, when an adapter is unplugged."""
+    try:
+        yield
+    except termios.error as error:
+        raise OSError(*error.args) from error
 
 
 class KeyenceLink:
@@ -131,12 +149,14 @@ class KeyenceLink:
 
     def close(self) -> None:
         """Let go of the port."""
-        self._port.close()
+        with _lost_port_is_os_error():
+            self._port.close()
 
     def _ask(self, command: str) -> bytes:
-        self._port.reset_input_buffer()
-        self._port.write(command.encode("ascii") + CR)
-        answer = self._port.read_until(CR)
+        with _lost_port_is_os_error():
+            self._port.reset_input_buffer()
+            self._port.write(command.encode("ascii") + CR)
+            answer = self._port.read_until(CR)
         if not answer.endswith(CR):
             raise TimeoutError(f"no answer to {command} from the displacement sensor")
         return answer
