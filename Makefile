@@ -2,7 +2,7 @@
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint format tables hidden discovery days heater comparison control fuzz bench lock clean
+.PHONY: help setup build demo test lint format tables hidden discovery days heater comparison control faults fuzz bench lock clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
@@ -45,6 +45,9 @@ comparison: setup  ## the deformation models beside each other, on seen and unse
 
 control: setup  ## the modes of control beside each other and the bang-bang limit (10 minutes)
 	@$(RUN) python validation/control_comparison.py
+
+faults: setup  ## time to dark of every fault, on real processes and an emulated LabJack (an hour)
+	@$(RUN) python validation/faults/suite.py --out docs/faults.md $(FAULTS)
 
 fuzz: setup  ## 2000 damaged and hostile files, and what lce says of each (10 minutes; FUZZ="--cases 200 --seed 2")
 	@$(RUN) python validation/fuzz.py --out docs/fuzz.md $(FUZZ)
