@@ -11,11 +11,15 @@ from run_command import experiment, lce, read, values
 from lce_app.cli import main as cli
 from lce_control.step_metrics import step_metrics
 from lce_control.tuning.bang_bang import bang_bang
+from lce_data.errors import LceError
 from lce_experiment import recording, registry
 from lce_experiment.config import config_file
+from lce_experiment.nodes.target_player_node import TargetPlayer
 from lce_experiment.positioning.reach import check_reach
 from lce_model import load_model, save_model
 from lce_model.inverse import OutOfReach
+from lce_ros.health import Level
+from lce_ros.testing import Graph
 
 KEYS = {
     "target_m",
@@ -61,6 +65,17 @@ def test_figures_and_pictures(mode: str, tmp_path: Path, capfd: pytest.CaptureFi
     best = bang_bang(strip, 1e-3, 10.0)
     limit_s = step_metrics(best.time_s, best.displacement_m, 1e-3).rise_time_s
     assert found["targets"][0]["limit_rise_time_s"] == pytest.approx(limit_s)
+
+
+def test_a_fault_of_a_controller_ends_the_player_and_a_refused_target_does_not(graph: Graph) -> None:
+    graph.add(TargetPlayer, wait_for=["outer_controller"])
+    controller = graph.probe("outer_controller")
+    graph.connect()
+    controller.report(Level.ERROR, "target refused: 9.000 mm is out of reach")
+    graph.spin_for(1.1)  # diagnostics come once a second
+    controller.report(Level.ERROR, "fault: no displacement for 0.51 s: no setpoint")
+    with pytest.raises(LceError, match=r"^target_player: stopped by outer_controller: fault: no displacement"):
+        graph.spin_for(2.0)
 
 
 @pytest.mark.alone
