@@ -4,6 +4,7 @@
 import asyncio
 import io
 import sys
+import time
 import traceback
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -11,17 +12,23 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
+LIMIT_S: Final = 10.0
+"""Longest computation [s] for one command; a fit shows how far it is, and may take six times that."""
 PAGE: Final = "page @."
 """Not a command: everything that the page reads of a folder, and shows of its runs."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a case: the exit status of its last command, None if it hung or died; stderr; the traceback."""
+    """What came of a case: the exit status of its last command, None if it hung or died; stderr; the traceback.
+
+    seconds : of computation, by all threads of the process; of a fit a sixth of it.
+    """
 
     status: int | None
     said: str
     traceback: str = ""
+    seconds: float = 0.0
 
     @property
     def fault(self) -> str:
@@ -30,6 +37,8 @@ class Answer:
             return self.said
         if self.traceback:
             return self.traceback.strip().splitlines()[-1]
+        if self.seconds > LIMIT_S:
+            return f"{self.seconds:.0f} s of computation"
         lines = [line for line in self.said.splitlines() if not line.startswith("lce: warning: ")]
         if self.status == 1 and not (len(lines) == 1 and lines[0].startswith("lce: ")):
             return f"status 1 with {len(lines)} lines: {self.said!r}"
@@ -62,7 +71,7 @@ def answer(words: list[str]) -> Answer:
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
     err = io.TextIOWrapper(said, encoding="utf-8", errors="backslashreplace")
     status: int | None = 1
-    trace = ""
+    trace, began = "", time.process_time()
     with redirect_stdout(out), redirect_stderr(err):
         try:
             status = _page(Path(words[1])) if words[0] == PAGE.split()[0] else main(words)
@@ -72,7 +81,8 @@ def answer(words: list[str]) -> Answer:
         except BaseException:  # noqa: BLE001  whatever it is, it is a fault that is told
             trace = traceback.format_exc()
     err.flush()
-    return Answer(status, said.getvalue().decode(), trace)
+    seconds = (time.process_time() - began) / (6.0 if words[0] == "fit" else 1.0)
+    return Answer(status, said.getvalue().decode(), trace, seconds)
 
 
 def _page(folder: Path) -> int:

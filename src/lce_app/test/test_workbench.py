@@ -25,7 +25,7 @@ from lce_app.workbench import drawings, figures, session, tasks
 from lce_app.workbench.by_hand import LABEL, ByHand
 from lce_app.workbench.guard import protect
 from lce_app.workbench.jobs import Job, warm_up
-from lce_app.workbench.page import Page
+from lce_app.workbench.page import TABS, Page
 from lce_app.workbench.server import load, tend
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs.compare import picked_samples, run_figures, shares
@@ -204,6 +204,34 @@ def test_a_comparison_without_a_model_says_what_to_do(folder: Path) -> None:
         await user.should_see(marker="shares")
 
     tell(folder, story, "Compare")
+
+
+ODD = {
+    "keys that are no text": "conditions: {1: 2, null: [1], note: {a: {b: 1}}}",
+    "numbers that are none": "conditions: {load_n: .inf, ambient_c: .nan, x: 1e400, strip_length_m: 1e-320}",
+    "a number of 400 digits": f"conditions: {{note: {'9' * 400}}}",
+    "a list for a text": "protocol: [1]",
+    "control characters": 'conditions: {"a\\0b": "\\a"}',
+    "names of one letter": "outcome: x\nconditions: {_: 1, _m: 5, m: ''}",
+    "counts below zero": "messages: {a: -1}\nlost: {/lce/temperature: -5}",
+    "a list": "- 1",
+    "aliases": "a: &a [1]\nconditions: {note: *a}",
+    "depth": f"conditions: {{note: {'[' * 300}{']' * 300}}}",
+}
+
+
+@pytest.mark.parametrize("odd", ODD.values(), ids=ODD)
+def test_an_odd_file_beside_a_run_leaves_the_page_alone(folder: Path, odd: str) -> None:
+    (folder / "pulse.yaml").write_text(f"format: lce-experiment-1\n{odd}\n")
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        await user.should_see(marker="run pulse.csv")
+        await user.should_see(marker="run stairs.csv")
+        assert state.entries["stairs.csv"].run is not None
+        for tab in TABS:
+            user.find(kind=ui.tab, content=tab).click()
+
+    tell(folder, story, "Runs")
 
 
 @pytest.mark.parametrize(
