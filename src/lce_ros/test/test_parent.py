@@ -37,11 +37,12 @@ def test_a_process_that_has_ended_before_is_noticed_at_once(monkeypatch: pytest.
 
 def test_nothing_is_called_when_the_context_ends_first() -> None:
     noticed = threading.Event()
+    before = threading.active_count()
     with _sleeper() as process:
         with when_parent_ends(noticed.set, process.pid):
             pass
         process.kill()
-    assert not noticed.is_set() and threading.active_count() == 1
+    assert not noticed.is_set() and threading.active_count() == before
 
 
 def test_the_parent_counts_unless_the_environment_names_another(monkeypatch: pytest.MonkeyPatch) -> None:
