@@ -137,7 +137,13 @@ def _commands(temperature_c: float) -> list[list[str]]:
         registry.OUTER: {"kp": KP_OUT, "ki": 0.0, "kd": 0.0, "filter_s": 0.0, "horizon_s": 0.0},
         registry.INNER: {"kp": KP_IN, "ki": 0.0, "kd": 0.0, "filter_s": 0.0, "horizon_s": 0.0},
         registry.FEEDFORWARD: {},
-        registry.BENCH[0]: {},
+        # The camera here has no noise, and a fault would make the commands zero.
+        registry.LASER: {
+            "frozen_after_s": 0.0,
+            "max_tick_gap_s": 1.0,
+            "command_fault_s": 5.0,
+            "temperature_fault_s": 5.0,
+        },
     }
     ours = []
     for spec, values in gains.items():

@@ -36,15 +36,24 @@ def test_what_is_not_a_power_gives_zero(command: float) -> None:
     assert after(command) == (0.0, State.INVALID)
 
 
-def test_an_invalid_command_ends_a_valid_one_until_the_next() -> None:
+def test_an_invalid_command_is_a_fault() -> None:
     guard = PowerGuard(LIMITS)
     guard.command(1.0, 0.0, 0.0)
-    assert guard.power_w(0.01, 0.01) == 1.0
+    assert guard.power_w(0.01, 0.01) == 1.0 and guard.fault(0.01) is None
     guard.command(math.nan, 0.012, 0.012)
-    assert guard.power_w(0.02, 0.02) == 0.0
-    guard.command(1.0, 0.022, 0.022)
-    assert guard.power_w(0.03, 0.03) == 1.0
+    assert guard.power_w(0.02, 0.02) == 0.0 and "not a power" in str(guard.fault(0.02))
     assert guard.invalid_commands == 1
+
+
+def test_a_commander_that_ended_with_zero_has_abandoned_the_laser() -> None:
+    guard = PowerGuard(LIMITS)
+    assert not guard.abandoned(9.0), "there was none"
+    guard.command(0.0, 1.0, 1.0)
+    guard.power_w(1.01, 1.01)
+    assert not guard.abandoned(1.3)
+    assert guard.abandoned(1.6) and guard.fault(1.6) is None
+    guard.forget()
+    assert not guard.abandoned(1.6)
 
 
 def test_a_command_of_exactly_the_time_out_still_counts_and_an_older_one_does_not() -> None:
