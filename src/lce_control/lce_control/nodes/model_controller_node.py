@@ -34,7 +34,7 @@ from std_msgs.msg import Float64
 from lce_control.filters import Sample
 from lce_control.model_control import ModelController as Controller
 from lce_control.nodes.controller_node import PERIOD_S, PowerControllerNode
-from lce_control.nodes.displacement_input import DisplacementInput
+from lce_control.nodes.displacement_node import DisplacementInput
 from lce_data.channels import POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.topics import TARGET

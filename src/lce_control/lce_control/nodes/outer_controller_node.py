@@ -30,7 +30,7 @@ from sensor_msgs.msg import Temperature
 from lce_control.cascade import FOLLOW_K, OuterLoop
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import ControllerNode
-from lce_control.nodes.displacement_input import DisplacementInput
+from lce_control.nodes.displacement_node import DisplacementInput
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits

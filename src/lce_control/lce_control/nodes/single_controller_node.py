@@ -23,7 +23,7 @@ import sys
 from typing import Any, Final
 
 from lce_control.nodes.controller_node import PowerControllerNode
-from lce_control.nodes.displacement_input import DisplacementInput
+from lce_control.nodes.displacement_node import DisplacementInput
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits

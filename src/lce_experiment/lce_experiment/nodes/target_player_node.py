@@ -28,7 +28,7 @@ import numpy as np
 from rclpy.utilities import try_shutdown
 from std_msgs.msg import Float64
 
-from lce_control.nodes.displacement_input import FAULT
+from lce_control.nodes.displacement_node import FAULT
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, TARGET
 from lce_experiment.nodes.player_node import Player
