@@ -14,7 +14,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64
 from std_srvs.srv import SetBool
 
 from lce_experiment import config, registry
@@ -214,6 +214,34 @@ def test_nonsense_at_the_inner_loop_is_zero_power(graph: Graph, setpoint_c: floa
 
     graph.lockstep(20, publish)
     assert len(commands) >= 15 and (commands.data[-1] > 0.0) is lit
+
+
+def test_a_setpoint_that_falls_silent_is_zero_power_until_somebody_arms_again(graph: Graph) -> None:
+    graph.add(registry.INNER.load(), sim_time=True)
+    operator = graph.probe("operator", sim_time=True)
+    setpoints, camera = (operator.advertise(Temperature, topic) for topic in ("temperature_setpoint", "temperature"))
+    armed = operator.advertise(Bool, "laser/armed", latched=True)
+    commands = graph.collect(Float64, "laser/power_command", operator)
+
+    def measure() -> None:
+        measured = Temperature(temperature=28.0)
+        measured.header.stamp = to_stamp(graph.time_s)
+        camera.publish(measured)
+
+    def publish() -> None:
+        measure()
+        setpoints.publish(Temperature(temperature=80.0))
+
+    graph.lockstep(20, publish)
+    assert commands.data[-1] > 0.0
+    graph.lockstep(70, measure)
+    before = len(commands)
+    graph.lockstep(50, publish)
+    assert set(commands.data[before:]) == {0.0}, "the outer controller is back"
+    for on in (False, True):
+        armed.publish(Bool(data=on))
+        graph.lockstep(5, publish)
+    assert commands.data[-1] > 0.0
 
 
 def test_gains_are_live_within_their_ranges_and_do_not_move_the_command(graph: Graph, tmp_path: Path) -> None:

@@ -9,11 +9,12 @@ Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
             max_power_w           W, limit of the command
             setpoint_timeout_s    s, a setpoint older than this is ignored
+            setpoint_fault_s      s, a silence of the setpoint, while one is followed, that is a fault
             temperature_timeout_s s, a temperature older than this is ignored
 
 All parameters are live. The node publishes a command at once after each setpoint, and at 100 Hz without any. The
 command is zero without a fresh setpoint or temperature, and while the laser is not armed; afterwards control starts
-anew. When the node ends, its last command is zero.
+anew. After a fault it stays zero until the laser is disarmed and armed. When the node ends, its last command is zero.
 """
 
 import math
@@ -24,6 +25,7 @@ from sensor_msgs.msg import Temperature
 
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import PowerControllerNode
+from lce_control.nodes.displacement_node import FAULT
 from lce_control.nodes.loop_parameters import declare_loop
 from lce_control.pid import Gains, Limits
 from lce_data.channels import TEMPERATURE
@@ -46,10 +48,14 @@ class InnerController(PowerControllerNode):
             "setpoint_timeout_s", 0.1, "a setpoint older than this is ignored", unit="s", lower=0.02, upper=1.0
         )
         self.declare(
+            "setpoint_fault_s", 0.5, "a silence of the setpoint that is a fault", unit="s", lower=0.1, upper=10.0
+        )
+        self.declare(
             "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
         )
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
         self._setpoint: Sample | None = None
+        self._follows, self._fault = False, ""
         self._temperature: Sample | None = None
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self.driven_by(Temperature, SETPOINT, self._take_setpoint)
@@ -58,15 +64,20 @@ class InnerController(PowerControllerNode):
         """Command the power for now."""
         setpoint, temperature = self._setpoint, self._temperature
         power_w = 0.0
+        self._judge(now_s)
         if not self.laser_armed:
             self._rest(Level.OK, "the laser is not armed")
+        elif self._fault:
+            self._rest(Level.ERROR, f"{FAULT}{self._fault}")
         elif setpoint is None or not math.isfinite(setpoint.value):
+            self._follows = False
             self._rest(Level.OK, "no setpoint")
         elif not self.is_fresh(setpoint, now_s, "setpoint_timeout_s"):
             self._rest(Level.WARN, "the setpoint is stale")
         elif not self.is_fresh(temperature, now_s, "temperature_timeout_s"):
             self._rest(Level.ERROR, "no fresh temperature")
         else:
+            self._follows = True
             power_w = self._loop.step(now_s, setpoint.value, temperature)
             self.report(
                 Level.OK,
@@ -76,6 +87,14 @@ class InnerController(PowerControllerNode):
                 power_w=power_w,
             )
         self.command(power_w)
+
+    def _judge(self, now_s: float) -> None:
+        """Latch the fault of an outer controller that fell silent; disarming the laser clears it."""
+        if not self.laser_armed:
+            self._follows, self._fault = False, ""
+        elif self._follows and not self._fault and not self.is_fresh(self._setpoint, now_s, "setpoint_fault_s"):
+            self._fault = f"no setpoint for {self.value('setpoint_fault_s'):g} s"
+            self.get_logger().error(f"{self._fault}. Disarm the laser and arm it to go on.")
 
     def _rest(self, level: Level, why: str) -> None:
         self._loop.reset()

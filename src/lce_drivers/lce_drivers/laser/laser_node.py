@@ -149,6 +149,8 @@ class Laser(LceNode):
         armed = self._arming.armed
         if armed:
             self._arming.latch(self._guard.fault(now_s))
+            if self._output.makes_light and self._guard.abandoned(now_s):
+                self._arming.disarm()  # whoever commands next has to be let in by somebody
         if self._interlock is not None:
             wanted = None if not self._guard.commanded else wanted_w if armed else 0.0
             self._arming.latch(self._interlock.judge(now_s, wanted))

@@ -39,8 +39,8 @@ class State(Enum):
     LIMITED = "the command is above max_power_w: limited"
     SLEWING = "rising at the slew limit"
     STALE = "the command is stale: zero power"
-    INVALID = "the command is not a power (NaN, infinite or negative): zero power"
-    AHEAD = "the command is stamped in the future, the clocks differ: zero power"
+    INVALID = "the command is not a power (NaN, infinite or negative)"
+    AHEAD = "the command is stamped in the future, the clocks differ"
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,8 @@ class PowerGuard:
 
         p = 0                                 no command, a > command_timeout_s, or c not finite or negative
         p = min(c, max_power_w, p' + slew_w_per_s * dt)   otherwise; p' is the power dt ago
-        fault                                 c > 0 and a > fault_after_s: who commands light has to say when it ends
+        fault                                 c > 0 and a > fault_after_s: who commands light has to say when it ends,
+                                              or c not finite or negative
 
     So p is always finite and within [0, max_power_w]. Only the rise is slewed: a fall is the safe direction
     and happens at once. A command stamped more than AHEAD_S ahead counts as invalid: nobody knows its age.
@@ -118,10 +119,16 @@ class PowerGuard:
         return self.state not in (State.WAITING, State.STALE)
 
     def fault(self, now_s: float) -> str | None:
-        """Whether the commander fell silent with the light on; to be asked after ``power_w``."""
+        """Whether the commander fell silent with the light on, or talks nonsense; to be asked after ``power_w``."""
+        if self.state in (State.INVALID, State.AHEAD):
+            return self.state.value
         if self._command_w > 0.0 and self._commands.age(now_s) > self.limits.fault_after_s:
             return f"no command for {self.limits.fault_after_s:g} s after one of {self._command_w:g} W"
         return None
+
+    def abandoned(self, now_s: float) -> bool:
+        """Whether there was a commander, and none for as long as is a fault with the light on."""
+        return math.inf > self._commands.age(now_s) > self.limits.fault_after_s
 
     def commanded_w(self, now_s: float) -> float:
         """The newest command at ``now_s`` [s], before all limits [W]; 0 if it is stale or there is none."""
