@@ -87,6 +87,23 @@ def test_the_nodes_of_a_launch_end_with_it(monkeypatch: pytest.MonkeyPatch) -> N
     assert (PARENT, str(os.getpid())) in [words["args"] for words in before_nodes]
 
 
+def test_a_launch_stays_on_its_machine_unless_told_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
+    for told, expected in (("", "LOCALHOST"), ("SUBNET", "SUBNET")):
+        if told:
+            monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", told)
+        _nodes(BRINGUP / "launch" / "bench.launch.py", monkeypatch)
+        assert ("ROS_AUTOMATIC_DISCOVERY_RANGE", expected) in [words["args"] for words in _Action.made]
+
+
+@pytest.mark.parametrize("file", LAUNCH_FILES, ids=lambda file: file.name)
+def test_every_node_of_a_launch_file_has_its_enclave(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _nodes(file, monkeypatch)
+    for words in (w for w in _Action.made if "executable" in w):
+        flag, (_, node) = words["ros_arguments"]
+        assert (flag, node) == ("--enclave", f"/{words['executable']}")
+
+
 def test_executables_and_the_modules_of_lce_run_are_the_same() -> None:
     scripts = _console_scripts()
     for spec in NODES:

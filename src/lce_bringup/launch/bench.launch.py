@@ -9,13 +9,15 @@ import os
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
 from launch.conditions import IfCondition
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from lce_experiment.registry import SENSORS
 from lce_ros.parent import PARENT
+
+DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -27,8 +29,10 @@ def generate_launch_description() -> LaunchDescription:
     seed = {"seed": ParameterValue(LaunchConfiguration("seed"), value_type=int)}
     strip = {"model_file": ParameterValue(LaunchConfiguration("model"), value_type=str)}
     end = Shutdown(reason="a node of the bench has ended")
+    enclaves = PythonExpression(["'/' + '", namespace, "'.strip('/')"])
     return LaunchDescription(
         [
+            SetEnvironmentVariable(DISCOVERY_RANGE, os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"),
             SetEnvironmentVariable(PARENT, os.environ.get(PARENT) or str(os.getpid())),
             DeclareLaunchArgument("plant", default_value="simulated", choices=["simulated", "hardware"]),
             DeclareLaunchArgument("namespace", default_value="lce"),
@@ -38,6 +42,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_drivers",
                 executable="laser",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/laser"]],
                 parameters=files,
                 on_exit=end,
             ),
@@ -46,6 +51,7 @@ def generate_launch_description() -> LaunchDescription:
                     package=sensor.package,
                     executable=sensor.name,
                     namespace=namespace,
+                    ros_arguments=["--enclave", [enclaves, f"/{sensor.name}"]],
                     parameters=[*files, seed],
                     on_exit=end,
                 )
@@ -55,6 +61,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_drivers",
                 executable="simulator",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/simulator"]],
                 parameters=[*files, strip],
                 condition=IfCondition(EqualsSubstitution(plant, "simulated")),
                 on_exit=end,

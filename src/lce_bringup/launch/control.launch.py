@@ -7,7 +7,7 @@ When one node ends, all end.
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Shutdown
 from launch.conditions import IfCondition
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -22,6 +22,7 @@ def generate_launch_description() -> LaunchDescription:
     model = {"model_file": ParameterValue(LaunchConfiguration("model"), value_type=str)}
     double, single, by_model = (IfCondition(EqualsSubstitution(mode, name)) for name in ("double", "single", "model"))
     end = Shutdown(reason="a controller has ended")
+    enclaves = PythonExpression(["'/' + '", namespace, "'.strip('/')"])
     return LaunchDescription(
         [
             DeclareLaunchArgument("plant", default_value="simulated", choices=["simulated", "hardware"]),
@@ -38,6 +39,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_control",
                 executable="feedforward",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/feedforward"]],
                 parameters=[*files, model],
                 on_exit=end,
             ),
@@ -45,6 +47,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_control",
                 executable="outer_controller",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/outer_controller"]],
                 parameters=files,
                 condition=double,
                 on_exit=end,
@@ -53,6 +56,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_control",
                 executable="inner_controller",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/inner_controller"]],
                 parameters=files,
                 condition=double,
                 on_exit=end,
@@ -61,6 +65,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_control",
                 executable="single_controller",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/single_controller"]],
                 parameters=files,
                 condition=single,
                 on_exit=end,
@@ -69,6 +74,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_control",
                 executable="model_controller",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/model_controller"]],
                 parameters=[*files, model],
                 condition=by_model,
                 on_exit=end,

@@ -4,7 +4,7 @@
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Shutdown
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -17,6 +17,7 @@ def generate_launch_description() -> LaunchDescription:
     namespace = LaunchConfiguration("namespace")
     files = [ParameterFile([share, "/config/", name, ".yaml"]) for name in ("bench", plant)]
     about = ['{"mode": "launch", "protocol": "', protocol, '", "plant": "', plant, '"}']
+    enclaves = PythonExpression(["'/' + '", namespace, "'.strip('/')"])
     return LaunchDescription(
         [
             DeclareLaunchArgument("plant", default_value="simulated", choices=["simulated", "hardware"]),
@@ -29,6 +30,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_experiment",
                 executable="recorder",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/recorder"]],
                 parameters=[
                     *files,
                     {
@@ -43,6 +45,7 @@ def generate_launch_description() -> LaunchDescription:
                 package="lce_experiment",
                 executable="experiment_player",
                 namespace=namespace,
+                ros_arguments=["--enclave", [enclaves, "/experiment_player"]],
                 parameters=[
                     *files,
                     {

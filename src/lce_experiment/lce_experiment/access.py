@@ -58,6 +58,7 @@ ACCESS: Final[Mapping[str, Access]] = {
 }
 """By the name of the node."""
 
+
 EVERY_NODE: Final = Access(
     publishes=("/rosout", "/parameter_events", DIAGNOSTICS),
     serves=tuple(
