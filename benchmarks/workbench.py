@@ -59,7 +59,9 @@ class Served:
             port = free.getsockname()[1]
         words = ["workbench", str(folder), "--model", str(folder / "model.yaml"), "--port", str(port)]
         self.began = time.perf_counter()
-        self.process = subprocess.Popen([sys.executable, "-m", "lce_app.cli.main", *words], stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "lce_app.cli.main", *words], stdout=subprocess.PIPE, text=True
+        )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().split()[0]
         while not self._answers():

@@ -136,7 +136,7 @@ def drawn(page: Page, figure: str) -> None:
     assert canvas.evaluate(inked), f"{figure} is empty"
 
 
-def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
+def test_the_story_of_the_readme(page: Page, address: str, campaign: Path) -> None:
     expect(page.get_by_role("row", name="junk.csv")).to_contain_text("header 'time_s,volts'; expected")
     page.get_by_role("radiogroup", name="use of unseen.csv").get_by_role("radio", name="hold out").click()
     picture(page, "1-runs")
@@ -164,7 +164,7 @@ def test_the_story_of_the_readme(page: Page, campaign: Path) -> None:
     picture(page, "3-diagnose")
     assert page.context.browser is not None
     other = page.context.browser.new_page()
-    other.goto(page.url)
+    other.goto(address)
     page.get_by_role("button", name="Add creep").click()
     expect(page.get_by_text("model 2: creep added to model 1")).to_be_visible(timeout=JOB_MS)
 
