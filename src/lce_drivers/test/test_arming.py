@@ -10,9 +10,10 @@ from lce_drivers.laser.sole_source import HOLD_S, SoleSource
 def test_light_needs_arming_and_arming_needs_a_command_of_zero() -> None:
     arming = Arming()
     assert not arming.armed
-    assert arming.arm(0.5) == "0.5 W are commanded; command zero first" and not arming.armed
-    assert arming.arm(float("nan")) is not None and not arming.armed
-    assert arming.arm(0.0) is None and arming.armed
+    assert arming.arm(0.5, 1.0) == "0.5 W are commanded; command zero first" and not arming.armed
+    assert arming.arm(float("nan"), 1.0) is not None and not arming.armed
+    assert "call again" in str(arming.arm(0.0, 0.09)) and not arming.armed, "not everybody knows yet"
+    assert arming.arm(0.0, 1.0) is None and arming.armed
     arming.disarm()
     assert not arming.armed and arming.fault is None
 
@@ -24,7 +25,7 @@ def test_a_fault_stays_until_the_reset_and_a_reset_does_not_arm() -> None:
     arming.latch("too hot")
     arming.latch("no temperature")
     assert not arming.armed and arming.fault == "too hot", "the first one is told"
-    assert "too hot" in str(arming.arm(0.0)) and not arming.armed
+    assert "too hot" in str(arming.arm(0.0, 1.0)) and not arming.armed
     assert arming.reset("it is still hot") == "not cleared, it is still hot: too hot" and arming.fault is not None
     assert arming.reset(None) == "cleared: too hot; disarmed" and arming.fault is None
     assert not arming.armed and arming.reset(None) == "there was no fault"
@@ -42,9 +43,9 @@ def test_in_no_order_of_events_is_it_armed_without_an_arm_after_the_last_fault()
                 arming.reset(None if event == "reset" else "still")
                 fault = fault and event == "blocked"
             elif event in ("arm", "lit"):
-                arming.arm(0.0 if event == "arm" else 0.5)
+                arming.arm(0.0 if event == "arm" else 0.5, 1.0)
                 armed = armed or (event == "arm" and not fault)
-                assert arming.arm(0.5) is None or not armed, "armed already, it stays so"
+                assert arming.arm(0.5, 1.0) is None or not armed, "armed already, it stays so"
             else:
                 arming.disarm()
                 armed = False

@@ -208,6 +208,18 @@ def test_disarming_is_zero_at_once_and_leaves_no_fault(graph: Graph) -> None:
     assert supervised.relit()
 
 
+def test_a_disarming_lasts_until_every_controller_could_hear_of_it(graph: Graph) -> None:
+    supervised = Supervised(graph)
+    supervised.command_w = 0.0
+    supervised.run(50)
+    supervised.arm(False)
+    assert "call again" in supervised.arm().message, "not told yet"
+    supervised.run(5)
+    assert "call again" in supervised.arm().message
+    supervised.run(10)
+    assert supervised.arm().success and supervised.run(2) and supervised.armed.data == [True, False, True]
+
+
 def test_too_hot_is_zero_with_the_reading_that_says_so(graph: Graph) -> None:
     supervised = shining(graph, max_temperature_c=45.0)
     supervised.shown_c = 45.5

@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether the laser is armed, and the one latch of all its faults."""
 
+from typing import Final
+
+HEARD_S: Final = 0.1
+"""How long the laser has to be known as not armed [s], so that every controller hears of it and begins anew."""
+
 
 class Arming:
     """DISARMED, ARMED, or FAULT with its cause; light needs ARMED.
 
     ::
 
-        DISARMED ── arm ────► ARMED       refused while light is commanded
+        DISARMED ── arm ────► ARMED       refused while light is commanded, and for HEARD_S
         ARMED ───── disarm ─► DISARMED
         either ──── latch ──► FAULT       the first cause is the one that is told
         FAULT ───── reset ──► DISARMED    refused while a cause is there
@@ -39,14 +44,19 @@ class Arming:
         self.fault = None
         return f"cleared: {fault}; disarmed"
 
-    def arm(self, commanded_w: float) -> str | None:
-        """Arm; returns the reason if that is refused, else None. ``commanded_w`` [W]: 0 if nobody commands."""
+    def arm(self, commanded_w: float, told_s: float) -> str | None:
+        """Arm; returns the reason if that is refused, else None.
+
+        ``commanded_w`` [W] is 0 if nobody commands; ``told_s`` [s] is since when all could know that it is not armed.
+        """
         if self.armed:
             return None
         if self.fault is not None:
             return f"there is a fault, call laser/reset first: {self.fault}"
         if not commanded_w <= 0.0:
             return f"{commanded_w:g} W are commanded; command zero first"
+        if not told_s >= HEARD_S:
+            return f"it was disarmed less than {HEARD_S:g} s ago; call again"
         self.armed = True
         return None
 

@@ -87,6 +87,7 @@ class Laser(LceNode):
         self._sources = {topic: SoleSource(topic) for topic in (COMMAND, TEMPERATURE.topic)}
         self._arming = Arming(self._armed_at_start())
         self._told: tuple[bool, str | None] | None = None
+        self._told_s = 0.0
         self._power_w = 0.0
         self._closed = False
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
@@ -175,6 +176,7 @@ class Laser(LceNode):
             return
         if before is None or before[0] != arming.armed:
             self._armed.publish(Bool(data=arming.armed))
+            self._told_s = self.now_s()
         if arming.fault is not None:
             self.get_logger().error(f"fault: {arming.fault}; zero power until laser/reset and laser/arm")
         elif before is not None or not arming.armed:
@@ -195,7 +197,9 @@ class Laser(LceNode):
             self._arming.disarm()
             response.success, response.message = True, "disarmed"
             return response
-        before, refusal = self._arming.armed, self._arming.arm(self._guard.commanded_w(self.now_s()))
+        now_s, before = self.now_s(), self._arming.armed
+        told_s = now_s - self._told_s if self._told is not None and not self._told[0] else 0.0
+        refusal = self._arming.arm(self._guard.commanded_w(now_s), told_s)
         if self._arming.armed and not before:
             # What was commanded until now belongs to the time before.
             self._guard.forget()
