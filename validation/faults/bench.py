@@ -133,14 +133,15 @@ class Bench:
             self.node.every(0.01, lambda: self.command and self.command())
         self.mend()
 
-    def mend(self) -> None:
-        """Start what does not run, and let the camera and the commander be as they should."""
+    def mend(self) -> bool:
+        """Start what does not run, and let the camera and the commander be as they should; whether a node started."""
         self.show, self.command = self.measured, self.commanded
         self.device.mute, self.device.resets, self.device.echo = False, 0, None
         self.device.stuck.clear()
-        for name, spec in self.specs.items():
-            if name not in self.processes or self.processes[name].poll() is not None:
-                self.processes[name] = self._start(spec)
+        ended = [n for n in self.specs if n not in self.processes or self.processes[n].poll() is not None]
+        for name in ended:
+            self.processes[name] = self._start(self.specs[name])
+        return bool(ended)
 
     def lit(self) -> None:
         """Reset, arm, and wait until there was light for half a second without a pause."""

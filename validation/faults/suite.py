@@ -12,7 +12,7 @@ import argparse
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -28,8 +28,10 @@ from catalogue import FAULTS, Fault, Where
 from lce_experiment import registry
 from lce_ros.testing import Graph, open_graph
 
-WATCHED_S: Final[Mapping[Where, float]] = {"loop": 4.0, "by hand": 1.5}
-"""After the cause has gone: longer than any pause that is not yet a fault, and until a node that was killed is back."""
+WATCHED_S: Final = 1.5
+"""After the cause has gone; longer than any pause that is not yet a fault."""
+BACK_S: Final = 2.5
+"""More, until a node that was killed has started and found the others."""
 LOOP: Final = (*registry.BENCH[1:], *registry.CONTROLLERS["double"])
 
 
@@ -66,9 +68,9 @@ def once(bench: Bench, fault: Fault) -> tuple[float, bool]:
     dark_s = max(0.0, bench.light.lit_s - began_s - (bench.machine.stood_s - stood_s))
     if cure is not None:
         cure()
-    bench.mend()
+    started = bench.mend()
     cured_s = time.monotonic()
-    bench.graph.spin_for(WATCHED_S[fault.where])
+    bench.graph.spin_for(WATCHED_S + (BACK_S if started else 0.0))
     return dark_s, bench.light.lit_s > cured_s
 
 
