@@ -17,7 +17,7 @@ def check_regular(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
+        raise LceError(f"{path}: {error.strerror}") from None
     except ValueError:  # a null character, which a YAML file may hold
         raise LceError(f"{str(path)!r}: not the name of a file") from None
     if stat.S_ISDIR(mode):

@@ -118,7 +118,7 @@ def check_inputs(runs: Iterable[Path] = (), models: Iterable[Path | None] = ()) 
             raise LceError(f"{run}: no such file or folder")
     for model in models:
         if model is not None and not model.exists():
-            raise LceError(f"{model}: cannot be read (No such file or directory)")
+            raise LceError(f"{model}: No such file or directory")
 
 
 def print_files(*files: Path | None) -> None:
