@@ -45,11 +45,11 @@ def test_help_names_every_command_and_imports_nothing_slow() -> None:
         ("diagnose nosuch.csv --model m.yaml", "nosuch.csv: no such file or folder"),
         ("import nosuch.csv --out runs", "nosuch.csv: no such file or folder"),
         ("add creep nosuch.csv --model m.yaml --out m2.yaml", "nosuch.csv: no such file or folder"),
-        ("design --model nosuch.yaml --between creep,radiation --out w.csv", "nosuch.yaml: cannot be read"),
-        ("simulate --model nosuch.yaml --input pulse --out run.csv", "nosuch.yaml: cannot be read"),
-        ("control 1 --model nosuch.yaml", "nosuch.yaml: cannot be read"),
+        ("design --model nosuch.yaml --between creep,radiation --out w.csv", "nosuch.yaml: No such file"),
+        ("simulate --model nosuch.yaml --input pulse --out run.csv", "nosuch.yaml: No such file"),
+        ("control 1 --model nosuch.yaml", "nosuch.yaml: No such file"),
         ("control 1 --gains nosuch.yaml", "nosuch.yaml: no such file"),
-        ("tune --model nosuch.yaml --out gains.yaml", "nosuch.yaml: cannot be read"),
+        ("tune --model nosuch.yaml --out gains.yaml", "nosuch.yaml: No such file"),
     ],
 )
 def test_a_missing_input_is_refused_before_anything_slow_is_imported(words: str, missing: str) -> None:

@@ -85,7 +85,7 @@ def test_a_designed_wave_is_one_that_can_be_run(tmp_path: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["diagnose", "{run}", "--model", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
+        (["diagnose", "{run}", "--model", "nowhere.yaml"], "nowhere.yaml: No such file"),
         (["add", "creeep", "{run}", "--model", "{model}", "--out", "{out}"], "unknown effect 'creeep'"),
         (["add", "./none.py", "{run}", "--model", "{model}", "--out", "{out}"], "no such effect file"),
         (["design", "--model", "{model}", "--between", "creep", "--out", "{out}"], "expected two effects"),

@@ -68,7 +68,7 @@ def test_what_is_found_is_an_effect_that_can_be_added(
 
 def test_a_model_that_is_not_there_is_refused(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert lce(["discover", runs[0], "--model", "nowhere.yaml", "--out", "found.py"]) == 1
-    assert "nowhere.yaml: cannot be read" in capsys.readouterr().err
+    assert "nowhere.yaml: No such file" in capsys.readouterr().err
 
 
 def test_an_effect_file_that_no_command_would_take_is_refused(
