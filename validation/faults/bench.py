@@ -23,6 +23,8 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from lce_data.errors import LceError
+from lce_data.read_runs import read_runs
 from lce_experiment import registry
 from lce_experiment.registry import NodeSpec
 from lce_ros.conversions import to_stamp
@@ -114,7 +116,8 @@ class Bench:
         self.device = LabJackEmulator(clock=time.monotonic)
         self.light, self.machine = Light(self.device), StandStill()
         self.folder = Path(tempfile.mkdtemp(prefix="lce-faults-"))
-        self.specs = {spec.name: spec for spec in (registry.LASER, *nodes)}
+        self.bag = self.folder / "bag"
+        self.specs = {spec.name: spec for spec in (registry.LASER, registry.RECORDER, *nodes)}
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.node = graph.probe("hand")
         self.reset = self.node.create_client(Trigger, "laser/reset")
@@ -172,6 +175,13 @@ class Bench:
         """How many exceptions the nodes have told on stderr."""
         return sum(path.read_text(errors="replace").count("Traceback") for path in self.folder.glob("*.err"))
 
+    def lost(self) -> int:
+        """Messages that the recording lacks, once everything has ended. Raises LceError if it cannot be read."""
+        (recorded,) = read_runs([self.bag])
+        if recorded.experiment.ended is None:
+            raise LceError(f"{self.bag}: not finished")
+        return sum((recorded.experiment.lost or {}).values())
+
     def close(self) -> None:
         """End everything."""
         for process in self.processes.values():
@@ -216,7 +226,7 @@ class Bench:
                 "labjack.volts_per_watt": 2.0,
             }
         if spec is registry.RECORDER:
-            parameters["out"] = str(self.folder / f"bag-{time.time_ns()}")
+            parameters["out"] = str(self.bag)
         options = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
         with (self.folder / f"{spec.name}.err").open("ab") as errors:
             return subprocess.Popen(

@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src" / "lce_driver
 from bench import Bench
 from catalogue import FAULTS, Fault, Where
 
+from lce_data.errors import LceError
 from lce_experiment import registry
 from lce_ros.testing import Graph, open_graph
 
@@ -42,6 +43,7 @@ class Outcome:
     dark_s : time until there was no light [s], of each repetition.
     returned : repetitions in which light came back before anybody reset and armed.
     tracebacks : exceptions told by the nodes.
+    lost : messages that the recording of all repetitions lacks; None if it cannot be read.
     failed : what ended the repetitions early, "" if nothing did.
     """
 
@@ -49,13 +51,14 @@ class Outcome:
     dark_s: list[float] = field(default_factory=list)
     returned: int = 0
     tracebacks: int = 0
+    lost: int | None = None
     failed: str = ""
 
     @property
     def held(self) -> bool:
         """Whether every promise was kept."""
         late = any(dark_s > self.fault.limit_s for dark_s in self.dark_s)
-        return not (late or self.returned or self.tracebacks or self.failed)
+        return not (late or self.returned or self.tracebacks or self.failed) and self.lost is not None
 
 
 def once(bench: Bench, fault: Fault) -> tuple[float, bool]:
@@ -100,6 +103,10 @@ def repeated(graph: Graph, fault: Fault, repetitions: int, bar: "tqdm[None]") ->
     finally:
         bench.close()
     outcome.tracebacks = bench.tracebacks()
+    try:
+        outcome.lost = bench.lost()
+    except LceError as error:
+        outcome.failed = outcome.failed or str(error)
     return outcome
 
 
@@ -118,10 +125,11 @@ def report(outcomes: Sequence[Outcome], command: str) -> str:
         "A bench of real processes on an emulated LabJack: the light is the voltage of its output, watchdog included.",
         "Each time the laser is reset and armed and shines for half a second; then comes the fault; then its cause",
         "goes away, what was killed is started again, and for some seconds light must not come back. Time in which the",
-        "whole machine stood still is taken off. What is promised, and why, is in [safety.md](safety.md).",
+        "whole machine stood still is taken off. A recorder runs beside it; what its recording lacks is counted. What",
+        "is promised, and why, is in [safety.md](safety.md).",
         "",
-        "| fault | repetitions | median time to dark | worst | promised | light came back | exceptions | |",
-        "|---|---|---|---|---|---|---|---|",
+        "| fault | repetitions | median time to dark | worst | promised | light came back | exceptions | lost | |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for o in outcomes:
         times = sorted(o.dark_s)
@@ -129,7 +137,7 @@ def report(outcomes: Sequence[Outcome], command: str) -> str:
         said = "held" if o.held else f"**not held** {o.failed}".strip()
         lines.append(
             f"| {o.fault.name} | {len(times)} | {middle} | {worst} | {o.fault.limit_s * 1e3:.0f} ms | {o.returned} | "
-            f"{o.tracebacks} | {said} |"
+            f"{o.tracebacks} | {'all' if o.lost is None else o.lost} | {said} |"
         )
     return "\n".join(lines) + "\n"
 
