@@ -9,6 +9,7 @@ from lce_analysis import DiagnoseOptions
 from lce_analysis.diagnosis.accepted import VariationStep
 from lce_analysis.diagnosis.search import Search, _without_variation
 from lce_analysis.diagnosis.variation import variation_trial
+from lce_data.channels import TEMPERATURE
 from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_model import default_model
@@ -26,6 +27,19 @@ def heater(name: str, gain: float, ambient_k: float, seed: int) -> Run:
         kelvin.append(steady + (kelvin[-1] - steady) * float(np.exp(-0.1 / 12.0)))
     noise = 0.05 * np.random.default_rng(seed).standard_normal(time.size)
     return Run.of(name, Series(time, power), Series(time, np.array(kelvin) + noise), sha256=name)
+
+
+def test_what_differs_is_not_refitted_where_it_explains_nothing() -> None:
+    """A wave that the camera shows in every run alike is no difference between the runs."""
+    runs = [heater(f"day-{i}", 40.0, 296.0, i) for i in range(4)]
+    for run in runs:
+        run.series[TEMPERATURE].value[:] += 0.5 * np.sin(run.series[TEMPERATURE].time_s)
+    search = Search(HEATER, runs, (), (), DiagnoseOptions(), silent)
+    refits: list[str] = []
+    found = variation_trial(
+        search.present.heat[0], search.left_out, search.options, lambda label, *_: refits.append(label)
+    )
+    assert found is None and refits == []
 
 
 def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None:
