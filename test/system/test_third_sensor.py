@@ -53,11 +53,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         )
         assert done.returncode == 0, done.stderr
 
-    lce = "-m", "lce_app.cli.main"
+    lce, own = ("-m", "lce_app.cli.main"), "--effect-file=force_gauge.py"
     python("-c", MAKE_STRIP)
-    python(*lce, "run", "pulse:amp=0.4,th=20,rest=20", "--fast", "--seed=1", "--model=strip.yaml", "--out=run")
+    python(*lce, "run", "pulse:amp=0.4,th=20,rest=20", "--fast", "--seed=1", "--model=strip.yaml", own, "--out=run")
     python(*lce, "fit", "run", "--effect=force_gauge.py", "--out=model.yaml")
-    python(*lce, "compare", "run", "--model=model.yaml", "--json=compare.json", "--report=compare.html")
+    python(*lce, "compare", "run", "--model=model.yaml", own, "--json=compare.json", "--report=compare.html")
     held_together = "test/repository/test_workspace.py", "test/system/test_docker.py"
     not_built = "--deselect=test/system/test_docker.py::test_the_services_commands_record_an_experiment"
     python("-m", "pytest", "-q", "-p", "no:cacheprovider", *held_together, not_built)
