@@ -29,9 +29,9 @@ from lce_data.errors import LceError
 from lce_experiment import registry
 from lce_ros.testing import Graph, open_graph
 
-WATCHED_S: Final = 1.5
+WATCHED_S: Final = 1.0
 """After the cause has gone; longer than any pause that is not yet a fault."""
-BACK_S: Final = 2.5
+BACK_S: Final = 2.0
 """More, until a node that was killed has started and found the others."""
 LOOP: Final = (*registry.BENCH[1:], *registry.CONTROLLERS["double"])
 
@@ -67,7 +67,7 @@ def once(bench: Bench, fault: Fault) -> tuple[float, bool]:
     bench.lit()
     stood_s, began_s = bench.machine.stood_s, time.monotonic()
     cure = fault.strike(bench)
-    bench.graph.spin_for(fault.limit_s + 1.0)
+    bench.graph.spin_for(fault.limit_s + 0.7)
     dark_s = max(0.0, bench.light.lit_s - began_s - (bench.machine.stood_s - stood_s))
     if cure is not None:
         cure()
