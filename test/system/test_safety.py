@@ -95,13 +95,18 @@ class Light:
 
     def on(self) -> None:
         """Wait for half a second of light."""
+        assert self.comes_within(40.0), "half a second of light did not come"
 
-        def steady() -> bool:
-            recent = self.samples[-50:]
-            return len(recent) == 50 and all(power > 0.0 for _, power in recent)
-
+    def comes_within(self, patience_s: float) -> bool:
+        """Whether there is half a second of light within a time [s]."""
         self.samples.clear()
-        self.graph.until(steady, 40.0, "half a second of light")
+        until_s = time.monotonic() + patience_s
+        while time.monotonic() < until_s:
+            self.graph.spin_for(0.05)
+            recent = self.samples[-50:]
+            if len(recent) == 50 and all(power > 0.0 for _, power in recent):
+                return True
+        return False
 
     def after(self, kill: Callable[[], object]) -> float:
         """How long there was light after ``kill`` [s]; dark for half a second then, if the laser still speaks.
@@ -148,11 +153,17 @@ class ControlledStrip:
                 self.processes[name] = self.graph.start(spec.module, **SETTINGS.get(name, {}))
 
     def relight(self) -> None:
-        """Start what was killed, clear the fault that it left, arm, and wait for light."""
+        """Start what was killed, clear the fault that it left, arm, and wait for light.
+
+        A controller may find the new sensor later than we do, and be at fault once more: then it is armed again.
+        """
         self.mend()
         before = len(self.displacements)
         self.graph.until(lambda: len(self.displacements) > before + 5, 30.0, "a distance sensor")
-        self.graph.until(self._armed, 30.0, "a laser that is armed")
+        for _ in range(5):
+            self.graph.until(self._armed, 30.0, "a laser that is armed")
+            if self.light.comes_within(8.0):
+                return
         self.light.on()
 
     def _armed(self) -> bool:

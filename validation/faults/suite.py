@@ -151,16 +151,18 @@ def main() -> int:
     args = parser.parse_args()
     faults = [fault for fault in FAULTS if args.only in fault.name]
     outcomes: list[Outcome] = []
+    interrupted = False
     with tqdm(total=len(faults) * args.repetitions, unit="fault", dynamic_ncols=True) as bar:
         try:
-            outcomes.extend(judged(faults, args.repetitions, bar))
-        except KeyboardInterrupt:
-            return 130
+            for outcome in judged(faults, args.repetitions, bar):
+                outcomes.append(outcome)
+        except KeyboardInterrupt:  # what is there is worth telling
+            interrupted = True
     text = report(outcomes, f'make faults FAULTS="--repetitions {args.repetitions}"')
     print(text)
     if args.out:
         args.out.write_text(text, encoding="utf-8")
-    return 0 if all(outcome.held for outcome in outcomes) else 1
+    return 130 if interrupted else 0 if all(outcome.held for outcome in outcomes) else 1
 
 
 if __name__ == "__main__":
