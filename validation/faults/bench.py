@@ -207,6 +207,9 @@ class Bench:
         self.device.close()
 
     def _armed(self) -> bool:
+        if self.processes[registry.LASER.name].poll() is not None:  # our LabJack did not answer in time
+            self.mend()
+            return False
         requests = (
             (self.reset, Trigger.Request()),
             (self.arm, SetBool.Request(data=False)),

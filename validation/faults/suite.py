@@ -154,8 +154,7 @@ def main() -> int:
     interrupted = False
     with tqdm(total=len(faults) * args.repetitions, unit="fault", dynamic_ncols=True) as bar:
         try:
-            for outcome in judged(faults, args.repetitions, bar):
-                outcomes.append(outcome)
+            outcomes.extend(judged(faults, args.repetitions, bar))
         except KeyboardInterrupt:  # what is there is worth telling
             interrupted = True
     text = report(outcomes, f'make faults FAULTS="--repetitions {args.repetitions}"')
