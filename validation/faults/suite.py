@@ -3,19 +3,23 @@
 
     python validation/faults/suite.py --repetitions 20 --only camera
 
+A fault that was struck so often is a line of --results, so a suite that was stopped goes on where it was; results of
+another version of the software are refused.
+
 Each time: reset and arm, half a second of light, the fault, the time until there is no voltage any more, the cause
 taken away, and some seconds in which light must not come back by itself. Time in which the whole machine stood still is
 taken off: no software on it can do anything then.
 """
 
 import argparse
+import json
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, get_args
 
 from tqdm import tqdm
 
@@ -40,6 +44,7 @@ LOOP: Final = (*registry.BENCH[1:], *registry.CONTROLLERS["double"])
 class Outcome:
     """What was seen of one fault.
 
+    name, limit_s : of the fault.
     dark_s : time until there was no light [s], of each repetition.
     returned : repetitions in which light came back before anybody reset and armed.
     tracebacks : exceptions told by the nodes.
@@ -47,7 +52,8 @@ class Outcome:
     failed : what ended the repetitions early, "" if nothing did.
     """
 
-    fault: Fault
+    name: str
+    limit_s: float
     dark_s: list[float] = field(default_factory=list)
     returned: int = 0
     tracebacks: int = 0
@@ -57,7 +63,7 @@ class Outcome:
     @property
     def held(self) -> bool:
         """Whether every promise was kept."""
-        late = any(dark_s > self.fault.limit_s for dark_s in self.dark_s)
+        late = any(dark_s > self.limit_s for dark_s in self.dark_s)
         return not (late or self.returned or self.tracebacks or self.failed) and self.lost is not None
 
 
@@ -77,19 +83,9 @@ def once(bench: Bench, fault: Fault) -> tuple[float, bool]:
     return dark_s, bench.light.lit_s > cured_s
 
 
-def judged(faults: Sequence[Fault], repetitions: int, bar: "tqdm[None]") -> Iterator[Outcome]:
-    """Every fault, so many times; those of one kind of bench on the same one."""
-    where: Where
-    for where in ("loop", "by hand"):
-        chosen = [fault for fault in faults if fault.where == where]
-        for fault in chosen:
-            with open_graph() as graph:
-                yield repeated(graph, fault, repetitions, bar)
-
-
 def repeated(graph: Graph, fault: Fault, repetitions: int, bar: "tqdm[None]") -> Outcome:
     """One fault, so many times, on a bench of its own."""
-    outcome = Outcome(fault)
+    outcome = Outcome(fault.name, fault.limit_s)
     bench = Bench(graph, LOOP if fault.where == "loop" else (), fault.where == "by hand")
     try:
         for _ in range(repetitions):
@@ -111,9 +107,26 @@ def repeated(graph: Graph, fault: Fault, repetitions: int, bar: "tqdm[None]") ->
 
 
 def version() -> str:
-    """The software that was judged."""
-    words = ["git", "describe", "--always", "--dirty"]
-    return subprocess.run(words, cwd=Path(__file__).parent, capture_output=True, text=True).stdout.strip() or "unknown"
+    """The software that was judged: the last commit that touched it, and whether something is not committed."""
+    root = Path(__file__).resolve().parents[2]
+
+    def git(*words: str) -> str:
+        said = subprocess.run(
+            ["git", *words, "--", "src", "validation/faults"], cwd=root, capture_output=True, text=True
+        )
+        return said.stdout.strip()
+
+    return f"{git('log', '-1', '--format=%h') or 'unknown'}{'-changed' if git('status', '--porcelain') else ''}"
+
+
+def read(path: Path) -> list[Outcome]:
+    """The outcomes in a file of this version; SystemExit if it is another's."""
+    if not path.exists() or not path.read_text(encoding="utf-8"):
+        path.write_text(json.dumps({"version": version()}) + "\n", encoding="utf-8")
+    head, *lines = path.read_text(encoding="utf-8").splitlines()
+    if json.loads(head) != {"version": version()}:
+        raise SystemExit(f"{path} is of another version of the software: --results FILE writes elsewhere")
+    return [Outcome(**json.loads(line)) for line in lines]
 
 
 def report(outcomes: Sequence[Outcome], command: str) -> str:
@@ -136,7 +149,7 @@ def report(outcomes: Sequence[Outcome], command: str) -> str:
         middle, worst = (f"{times[len(times) // 2] * 1e3:.0f} ms", f"{times[-1] * 1e3:.0f} ms") if times else ("", "")
         said = "held" if o.held else f"**not held** {o.failed}".strip()
         lines.append(
-            f"| {o.fault.name} | {len(times)} | {middle} | {worst} | {o.fault.limit_s * 1e3:.0f} ms | {o.returned} | "
+            f"| {o.name} | {len(times)} | {middle} | {worst} | {o.limit_s * 1e3:.0f} ms | {o.returned} | "
             f"{o.tracebacks} | {'all' if o.lost is None else o.lost} | {said} |"
         )
     return "\n".join(lines) + "\n"
@@ -147,21 +160,26 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repetitions", type=int, default=20, help="of each fault")
     parser.add_argument("--only", default="", help="faults whose name holds this text")
+    parser.add_argument("--where", choices=get_args(Where), help="faults of one kind of bench")
     parser.add_argument("--out", type=Path, help="write the table, as docs/faults.md")
+    parser.add_argument("--results", type=Path, default=Path("faults-results.jsonl"))
     args = parser.parse_args()
-    faults = [fault for fault in FAULTS if args.only in fault.name]
-    outcomes: list[Outcome] = []
-    interrupted = False
+    known = {outcome.name for outcome in read(args.results)}
+    faults = [fault for fault in FAULTS if args.only in fault.name and args.where in (None, fault.where)]
+    faults = [fault for fault in faults if fault.name not in known]
     with tqdm(total=len(faults) * args.repetitions, unit="fault", dynamic_ncols=True) as bar:
-        try:
-            outcomes.extend(judged(faults, args.repetitions, bar))
-        except KeyboardInterrupt:  # what is there is worth telling
-            interrupted = True
+        for fault in faults:
+            with open_graph() as graph:
+                outcome = repeated(graph, fault, args.repetitions, bar)
+            with args.results.open("a", encoding="utf-8") as log:
+                log.write(json.dumps(asdict(outcome)) + "\n")
+    order = [fault.name for fault in FAULTS]
+    outcomes = sorted(read(args.results), key=lambda outcome: order.index(outcome.name))
     text = report(outcomes, f'make faults FAULTS="--repetitions {args.repetitions}"')
     print(text)
     if args.out:
         args.out.write_text(text, encoding="utf-8")
-    return 130 if interrupted else 0 if all(outcome.held for outcome in outcomes) else 1
+    return 0 if all(outcome.held for outcome in outcomes) else 1
 
 
 if __name__ == "__main__":
