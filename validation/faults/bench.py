@@ -19,12 +19,13 @@ from typing import Any, Final
 
 import numpy as np
 from labjack_emulator import LabJackEmulator
+from rosbags.highlevel import AnyReader, AnyReaderError
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from lce_data import experiment_file
 from lce_data.errors import LceError
-from lce_data.read_runs import read_runs
 from lce_experiment import registry
 from lce_experiment.registry import NodeSpec
 from lce_ros.conversions import to_stamp
@@ -185,11 +186,16 @@ class Bench:
         return sum(path.read_text(errors="replace").count("Traceback") for path in self.folder.glob("*.err"))
 
     def lost(self) -> int:
-        """Messages that the recording lacks, once everything has ended. Raises LceError if it cannot be read."""
-        (recorded,) = read_runs([self.bag])
-        if recorded.experiment.ended is None:
+        """Messages that the recording lacks, once everything has ended. Raises LceError if it is not whole."""
+        about = experiment_file.beside(self.bag)
+        try:
+            with AnyReader([self.bag]) as reader:
+                read = sum(1 for _ in reader.messages())
+        except AnyReaderError as error:
+            raise LceError(f"{self.bag}: {error}") from error
+        if about.ended is None or read != sum((about.messages or {}).values()):
             raise LceError(f"{self.bag}: not finished")
-        return sum((recorded.experiment.lost or {}).values())
+        return sum((about.lost or {}).values())
 
     def close(self) -> None:
         """End everything."""

@@ -3,8 +3,8 @@
 
     python validation/faults/suite.py --repetitions 20 --only camera
 
-A fault that was struck so often is a line of --results, so a suite that was stopped goes on where it was; results of
-another version of the software are refused.
+A fault that was struck so often is a line of --results, so a suite that was stopped goes on where it was. Each line
+tells the version of the software; with --again a fault is struck anew, and its last line counts.
 
 Each time: reset and arm, half a second of light, the fault, the time until there is no voltage any more, the cause
 taken away, and some seconds in which light must not come back by itself. Time in which the whole machine stood still is
@@ -45,6 +45,7 @@ class Outcome:
     """What was seen of one fault.
 
     name, limit_s : of the fault.
+    version : of the software.
     dark_s : time until there was no light [s], of each repetition.
     returned : repetitions in which light came back before anybody reset and armed.
     tracebacks : exceptions told by the nodes.
@@ -54,6 +55,7 @@ class Outcome:
 
     name: str
     limit_s: float
+    version: str
     dark_s: list[float] = field(default_factory=list)
     returned: int = 0
     tracebacks: int = 0
@@ -85,7 +87,7 @@ def once(bench: Bench, fault: Fault) -> tuple[float, bool]:
 
 def repeated(graph: Graph, fault: Fault, repetitions: int, bar: "tqdm[None]") -> Outcome:
     """One fault, so many times, on a bench of its own."""
-    outcome = Outcome(fault.name, fault.limit_s)
+    outcome = Outcome(fault.name, fault.limit_s, version())
     bench = Bench(graph, LOOP if fault.where == "loop" else (), fault.where == "by hand")
     try:
         for _ in range(repetitions):
@@ -119,14 +121,10 @@ def version() -> str:
     return f"{git('log', '-1', '--format=%h') or 'unknown'}{'-changed' if git('status', '--porcelain') else ''}"
 
 
-def read(path: Path) -> list[Outcome]:
-    """The outcomes in a file of this version; SystemExit if it is another's."""
-    if not path.exists() or not path.read_text(encoding="utf-8"):
-        path.write_text(json.dumps({"version": version()}) + "\n", encoding="utf-8")
-    head, *lines = path.read_text(encoding="utf-8").splitlines()
-    if json.loads(head) != {"version": version()}:
-        raise SystemExit(f"{path} is of another version of the software: --results FILE writes elsewhere")
-    return [Outcome(**json.loads(line)) for line in lines]
+def read(path: Path) -> dict[str, Outcome]:
+    """The outcomes in a file by the name of the fault, the last of each."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return {outcome.name: outcome for outcome in (Outcome(**json.loads(line)) for line in lines)}
 
 
 def report(outcomes: Sequence[Outcome], command: str) -> str:
@@ -134,15 +132,15 @@ def report(outcomes: Sequence[Outcome], command: str) -> str:
     lines = [
         "# Faults",
         "",
-        f"Written by `{command}`, version {version()}.",
+        f"Written by `{command}`.",
         "A bench of real processes on an emulated LabJack: the light is the voltage of its output, watchdog included.",
         "Each time the laser is reset and armed and shines for half a second; then comes the fault; then its cause",
         "goes away, what was killed is started again, and for some seconds light must not come back. Time in which the",
         "whole machine stood still is taken off. A recorder runs beside it; what its recording lacks is counted. What",
         "is promised, and why, is in [safety.md](safety.md).",
         "",
-        "| fault | repetitions | median time to dark | worst | promised | light came back | exceptions | lost | |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| fault | times | median time to dark | worst | promised | light came back | exceptions | lost | version | |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for o in outcomes:
         times = sorted(o.dark_s)
@@ -150,7 +148,7 @@ def report(outcomes: Sequence[Outcome], command: str) -> str:
         said = "held" if o.held else f"**not held** {o.failed}".strip()
         lines.append(
             f"| {o.name} | {len(times)} | {middle} | {worst} | {o.limit_s * 1e3:.0f} ms | {o.returned} | "
-            f"{o.tracebacks} | {'all' if o.lost is None else o.lost} | {said} |"
+            f"{o.tracebacks} | {'all' if o.lost is None else o.lost} | {o.version} | {said} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -162,9 +160,10 @@ def main() -> int:
     parser.add_argument("--only", default="", help="faults whose name holds this text")
     parser.add_argument("--where", choices=get_args(Where), help="faults of one kind of bench")
     parser.add_argument("--out", type=Path, help="write the table, as docs/faults.md")
+    parser.add_argument("--again", action="store_true", help="strike also what is in the results already")
     parser.add_argument("--results", type=Path, default=Path("faults-results.jsonl"))
     args = parser.parse_args()
-    known = {outcome.name for outcome in read(args.results)}
+    known = {} if args.again else read(args.results)
     faults = [fault for fault in FAULTS if args.only in fault.name and args.where in (None, fault.where)]
     faults = [fault for fault in faults if fault.name not in known]
     with tqdm(total=len(faults) * args.repetitions, unit="fault", dynamic_ncols=True) as bar:
@@ -174,7 +173,7 @@ def main() -> int:
             with args.results.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(asdict(outcome)) + "\n")
     order = [fault.name for fault in FAULTS]
-    outcomes = sorted(read(args.results), key=lambda outcome: order.index(outcome.name))
+    outcomes = sorted(read(args.results).values(), key=lambda outcome: order.index(outcome.name))
     text = report(outcomes, f'make faults FAULTS="--repetitions {args.repetitions}"')
     print(text)
     if args.out:
