@@ -154,7 +154,7 @@ class Bench:
         """
         if "distance_sensor" in self.specs:
             before = len(self.displacements)
-            self.graph.until(lambda: len(self.displacements) > before + 5, 40.0, "a distance sensor")
+            self.graph.until(lambda: self._runs() and len(self.displacements) > before + 5, 40.0, "a distance sensor")
         for _ in range(5):
             self.command_w = 0.0
             self.graph.until(self._armed, 40.0, "an armed laser")
@@ -212,9 +212,15 @@ class Bench:
         self.machine.close()
         self.device.close()
 
-    def _armed(self) -> bool:
-        if self.processes[registry.LASER.name].poll() is not None:  # our LabJack did not answer in time
+    def _runs(self) -> bool:
+        """Whether the laser runs; started again if not: this process, its LabJack, may have kept it waiting."""
+        ended = self.processes[registry.LASER.name].poll() is not None
+        if ended:
             self.mend()
+        return not ended
+
+    def _armed(self) -> bool:
+        if not self._runs():
             return False
         requests = (
             (self.reset, Trigger.Request()),

@@ -153,6 +153,16 @@ def test_a_reading_that_stays_the_same_bit_for_bit_under_light_is_a_fault() -> N
     assert lock.reset(13.1) is None
 
 
+def test_light_in_pieces_does_not_hide_a_frozen_camera() -> None:
+    lock = warm()
+    lock.read(321.0, 1.05)
+    lit = []
+    for k in range(60):
+        lock.read(321.0, 1.1 + 0.1 * k)
+        lit.append(lock.permits(1.1 + 0.1 * k, 0.5 if k % 6 < 3 else 0.0) and k % 6 < 3)
+    assert 9 <= sum(lit) <= 12 and "as if frozen" in str(lock.fault)
+
+
 def test_noise_of_a_camera_in_steps_of_10_mk_is_never_taken_for_frozen() -> None:
     random, lock = np.random.default_rng(3), Latched()
     for k in range(100_000):

@@ -54,7 +54,8 @@ class Interlock:
                   no reading yet, and light wanted for fault_after_s - pause_after_s
                   T is not finite, T < min_temperature_k or T > max_temperature_k
                   |T - T'| > max_jump_k, no more than fault_after_s apart: no strip does that, a broken camera does
-                  T stayed the same bit for bit through frozen_after_s of light: a camera that works has noise
+                  T stayed the same bit for bit through frozen_after_s of light, be it in pieces: a camera that works
+                  has noise
 
     Without commands no readings are needed. Readings stamped more than AHEAD_S ahead are ignored.
     """
@@ -63,7 +64,7 @@ class Interlock:
         self.limits = limits
         self._last: tuple[float, float] | None = None
         self._same_since_s = math.inf
-        self._lit_since_s: float | None = None
+        self._lit_s, self._judged_s = 0.0, math.inf
         self._paused_s: float | None = None
         self._ahead_s = 0.0
 
@@ -74,8 +75,8 @@ class Interlock:
             return None
         before, self._last, self._ahead_s = self._last, (temperature_k, measured_s), 0.0
         if before is None or temperature_k != before[0]:
-            self._same_since_s = measured_s
-        return self._wrong_with(temperature_k) or self._jump(before) or self._frozen(self._lit_since_s)
+            self._same_since_s, self._lit_s = measured_s, 0.0
+        return self._wrong_with(temperature_k) or self._jump(before) or self._frozen(self._lit_s)
 
     def is_fresh(self, now_s: float) -> bool:
         """Whether there is a reading at ``now_s`` [s] that is young enough for light."""
@@ -85,10 +86,8 @@ class Interlock:
         """The fault at ``now_s`` [s], or None; ``power_w`` [W] is what is wanted, None if nobody commands."""
         fresh = self.is_fresh(now_s)
         wanted = power_w is not None and power_w > 0.0
-        if not wanted:
-            self._lit_since_s = None
-        elif self._lit_since_s is None:
-            self._lit_since_s = now_s
+        self._lit_s += max(0.0, now_s - self._judged_s) if wanted else 0.0
+        self._judged_s = now_s
         if fresh or not (wanted or (power_w is not None and self._last is not None)):
             self._paused_s = None
         elif self._paused_s is None:
@@ -102,7 +101,7 @@ class Interlock:
         """What forbids a reset at ``now_s`` [s], or None."""
         if self._last is None or not self.is_fresh(now_s):
             return "there is no fresh temperature"
-        return self._wrong_with(self._last[0]) or self._frozen(self._same_since_s)
+        return self._wrong_with(self._last[0]) or self._frozen(self._last[1] - self._same_since_s)
 
     def _wrong_with(self, temperature_k: float) -> str | None:
         if not math.isfinite(temperature_k):
@@ -126,10 +125,9 @@ class Interlock:
             else None
         )
 
-    def _frozen(self, since_s: float | None) -> str | None:
-        """The fault if the newest reading is the same as all since ``since_s`` [s]; None: there was no light."""
+    def _frozen(self, same_s: float) -> str | None:
+        """The fault if the readings have been the same for as long [s] as no working camera's are."""
         limit_s = self.limits.frozen_after_s
-        if since_s is None or self._last is None or limit_s == 0.0:
+        if limit_s == 0.0 or not same_s >= limit_s - 1e-9:
             return None
-        same_s = self._last[1] - max(since_s, self._same_since_s)
-        return f"the temperature has not changed for {same_s:.1f} s, as if frozen" if same_s >= limit_s - 1e-9 else None
+        return f"the temperature has not changed for {same_s:.1f} s, as if frozen"
