@@ -32,7 +32,6 @@ more. Then the receiver of the power sets it to zero: the simulator if laser/pow
 its watchdog. A device that does not answer ends the node with status 1. The states: docs/safety.md.
 """
 
-import os
 import sys
 from contextlib import ExitStack
 from typing import Any, Final
@@ -252,8 +251,6 @@ class Laser(LceNode):
 
 def main(args: list[str] | None = None) -> int:
     """Entry point of the executable; the exit status."""
-    # In shared memory a process that is stopped can hold a lock, and the laser would stand still with it, lit.
-    os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     with ExitStack() as claims:
 
         def only() -> Laser:
