@@ -299,7 +299,7 @@ def test_a_connection_that_is_reset_is_dark_at_once_over_a_new_one(graph: Graph,
 
 
 def test_a_device_that_answers_no_more_is_told_from_one_that_is_dark(graph: Graph, device: LabJackEmulator) -> None:
-    bench = Bench(graph, device, timeout_s=0.1)
+    bench = Bench(graph, device, timeout_s=0.3)
     device.mute = True
     lines = bench.lines()
     assert "zero power could not be set" in lines[-2]
