@@ -26,6 +26,7 @@ from std_srvs.srv import SetBool, Trigger
 from lce_experiment import registry
 from lce_ros.conversions import from_stamp
 from lce_ros.testing import Graph, open_graph
+from lce_ros.testing.stand_still import StandStill
 
 pytestmark = pytest.mark.alone
 
@@ -47,37 +48,6 @@ ENDS = [
 """The node that ends, and how; a sensor that is stopped is as silent as one that is killed."""
 IN_A_RUN = (registry.PLAYER, registry.RECORDER, registry.SENSORS[-1])
 """The node that ends in an open-loop run: the one that commands, and two on which the laser does not depend."""
-
-
-class StandStill:
-    """How long this machine stood still, seen by a process that only sleeps.
-
-    A sleeper is served before those who compute, so mere load is not counted: only pauses of more than 20 ms are.
-    """
-
-    CODE = """
-import sys, time
-print(flush=True)
-stood, last = 0.0, time.monotonic()
-while True:
-    time.sleep(0.005)
-    now = time.monotonic()
-    if now - last > 0.02:
-        stood += now - last
-        print(stood, flush=True)
-    last = now
-"""
-
-    def __enter__(self) -> "StandStill":
-        self._sleeper = subprocess.Popen([sys.executable, "-c", self.CODE], stdout=subprocess.PIPE, text=True)
-        assert self._sleeper.stdout is not None
-        self._sleeper.stdout.readline()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._sleeper.kill()
-        said, _ = self._sleeper.communicate()
-        self.stood_s = float(said.split()[-1]) if said.split() else 0.0
 
 
 class Light:

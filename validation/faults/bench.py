@@ -9,11 +9,11 @@ import math
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,6 +30,7 @@ from lce_experiment import registry
 from lce_experiment.registry import NodeSpec
 from lce_ros.conversions import to_stamp
 from lce_ros.testing import Graph
+from lce_ros.testing.stand_still import StandStill
 
 WATT: Final = 1.0
 NOISE_K: Final = 0.05
@@ -62,41 +63,6 @@ class Light:
         self._stop.set()
 
 
-class StandStill:
-    """How long this whole machine stood still [s], as a process that only sleeps sees it, in pauses beyond 20 ms."""
-
-    CODE = """
-import sys, time
-stood, last = 0.0, time.monotonic()
-while True:
-    time.sleep(0.005)
-    now = time.monotonic()
-    stood += now - last if now - last > 0.02 else 0.0
-    last = now
-    print(stood, flush=True)
-"""
-
-    def __init__(self) -> None:
-        self._sleeper = subprocess.Popen([sys.executable, "-c", self.CODE], stdout=subprocess.PIPE, text=True)
-        self._stood_s = 0.0
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def _read(self) -> None:
-        assert self._sleeper.stdout is not None
-        for line in self._sleeper.stdout:
-            self._stood_s = float(line)
-
-    @property
-    def stood_s(self) -> float:
-        """Until now."""
-        return self._stood_s
-
-    def close(self) -> None:
-        """Look no more."""
-        self._sleeper.kill()
-        self._sleeper.wait()
-
-
 class Bench:
     """The laser on its device, and what drives it.
 
@@ -115,7 +81,9 @@ class Bench:
     def __init__(self, graph: Graph, nodes: tuple[NodeSpec, ...], by_hand: bool) -> None:
         self.graph = graph
         self.device = LabJackEmulator(clock=time.monotonic)
-        self.light, self.machine = Light(self.device), StandStill()
+        self.light = Light(self.device)
+        self._open = ExitStack()
+        self.machine = self._open.enter_context(StandStill())
         self.folder = Path(tempfile.mkdtemp(prefix="lce-faults-"))
         self.bag = self.folder / "bag"
         self.specs = {spec.name: spec for spec in (registry.LASER, registry.RECORDER, *nodes)}
@@ -209,7 +177,7 @@ class Bench:
                 process.kill()
                 process.wait()
         self.light.close()
-        self.machine.close()
+        self._open.close()
         self.device.close()
 
     def _runs(self) -> bool:

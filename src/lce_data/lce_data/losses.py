@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples that a recorder has counted as lost: told, and left without weight."""
+"""Samples that a recorder has counted as lost, and what they leave unknown."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples that the recorder lost are told, and measurements under a power that nobody knows do not count."""
+"""Lost samples are told. What was measured while the power is not known is left out."""
 
 import numpy as np
 import pytest

@@ -62,8 +62,8 @@ class Refused(Exception):
 class Guard:
     """ASGI middleware that refuses a request without the token, to another name, or from the page of another site.
 
-    The token is expected once, in the address, and then kept as a cookie, one for each port. ``names`` are those under
-    which the server is answered; under any if there are none. Answers carry a Content-Security-Policy.
+    The token is expected once, in the address, and then kept as a cookie, one for each port. The server answers under
+    ``names`` only; without any, under every name. Answers carry a Content-Security-Policy.
     """
 
     def __init__(self, app: App, token: str, names: frozenset[str] = frozenset()) -> None:
