@@ -20,6 +20,15 @@ if TYPE_CHECKING:  # nodes go by channel too, and most of them start without Num
 
 Value = TypeVar("Value", float, "NDArray[np.float64]")
 
+NUMBER: Final = "std_msgs/msg/Float64"
+STAMPED_NUMBER: Final = "lce_interfaces/msg/Float64Stamped"
+"""Types of messages of one number: without a time of its own, and with one."""
+
+
+def stamped_topic(topic: str) -> str:
+    """The topic beside one of plain numbers that carries the same numbers with their times."""
+    return f"{topic}_stamped"
+
 
 @dataclass(frozen=True)
 class Unit:
@@ -99,6 +108,11 @@ class Channel:
         """The column of a CSV, and the key of a JSON file, that holds it: ``temperature_c``."""
         return f"{self.name}_{self.suffix}" if self.suffix else self.name
 
+    @property
+    def stamped_topic(self) -> str | None:
+        """The topic beside ``topic`` whose messages also tell the time of measurement; None if its own do."""
+        return stamped_topic(self.topic) if self.message == NUMBER else None
+
     def __repr__(self) -> str:
         return f"<channel {self.name} [{self.unit}]>"
 
@@ -115,7 +129,7 @@ POWER: Final = Channel(
     display=Unit("W"),
     difference=Unit("W"),
     topic="laser/power",
-    message="std_msgs/msg/Float64",
+    message=NUMBER,
     output=None,
     driven_by=None,
     noise=0.0,
@@ -155,7 +169,7 @@ DISPLACEMENT: Final = Channel(
     display=Unit("mm", 1e3),
     difference=Unit("µm", 1e6),
     topic="displacement",
-    message="std_msgs/msg/Float64",
+    message=NUMBER,
     output="measured_displacement",
     driven_by=TEMPERATURE,
     noise=4e-6,
@@ -195,7 +209,7 @@ LOAD: Final = Channel(
     display=Unit("N"),
     difference=Unit("mN", 1e3),
     topic="load",
-    message="std_msgs/msg/Float64",
+    message=NUMBER,
     output=None,
     sets="load",
     driven_by=None,
@@ -236,7 +250,7 @@ def named_input(name: str) -> Channel:
         display=bare,
         difference=bare,
         topic=f"input/{name.removeprefix(NAMED_INPUT)}",
-        message="std_msgs/msg/Float64",
+        message=NUMBER,
         output=None,
         sets=name,
         driven_by=None,

@@ -8,7 +8,7 @@ not known here are kept.
 from __future__ import annotations
 
 import hashlib
-import platform
+import json
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,11 +17,11 @@ from typing import Annotated, Any, Final
 import msgspec
 from msgspec import Meta, Struct
 
-from lce_data import __version__
 from lce_data.channels import AMBIENT, Channel
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.schema import checked, read_yaml
+from lce_data.software import software
 
 FILE_NAME: Final = "experiment.yaml"
 FORMAT: Final = "lce-experiment-1"
@@ -41,7 +41,8 @@ class Conditions(Table, frozen=True, kw_only=True):
     ambient_temperature_c, ambient_c : temperature of the surroundings; the simulated bench writes the first.
     strip_length_m : length of the strip between its clamps, cold.
     load_n : force on the strip, pulling is positive.
-    other : free notes, and ``input_NAME``, the one value of an input that a user named.
+    specimen, day : which strip, and when.
+    other : ``notes`` and whatever else was stated, and ``input_NAME``, the one value of an input that a user named.
     """
 
     ambient_temperature_c: float | None = None
@@ -73,7 +74,7 @@ class Experiment(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     protocol : what was played, in the words of ``lce run``.
-    mode : ``realtime``, ``fast`` or ``launch``.
+    mode : ``realtime``, ``fast``, ``launch``, or ``recorder`` if others ran what was recorded.
     plant : ``simulated`` or ``hardware``.
     seed : of the simulated sensors' noise.
     software : versions by name.
@@ -141,12 +142,45 @@ def describe(
         seed=seed,
         model=ModelUsed(
             file=None if model is None else str(model),
-            sha256=None if model is None else hashlib.sha256(model.read_bytes()).hexdigest(),
+            sha256=None if model is None else _sha256(model),
             set=dict(settings),
         ),
-        conditions=checked(FILE_NAME, _gathered(conditions, Conditions), Conditions),
-        software={"lce": __version__, "python": platform.python_version()},
+        conditions=conditions_of(conditions),
+        software=software(),
     )
+
+
+def conditions_of(content: Mapping[str, Any]) -> Conditions:
+    """Conditions by key. Raises LceError that names a key with a value of the wrong kind."""
+    return checked("conditions", _gathered(content, Conditions), Conditions)
+
+
+def with_provenance(experiment: Experiment) -> Experiment:
+    """The same experiment with the versions of the software, and the hash of its model file, if it lacks them.
+
+    A launch file cannot compute these, so the recorder does. The real bench has no model unless a file is named.
+    """
+    model = experiment.model
+    if model is not None and not model.file:
+        model = ModelUsed(set=model.set, other=model.other) if experiment.plant != "hardware" else None
+    elif model is not None and model.sha256 is None and Path(model.file or "").is_file():
+        model = msgspec.structs.replace(model, sha256=_sha256(Path(model.file or "")))
+    return experiment.with_entries(model=model, software=experiment.software or software())
+
+
+def custom_data(experiment: Experiment) -> dict[str, str]:
+    """What is known before the run as text by key, ``conditions.specimen`` for example: for the metadata of a bag."""
+    found: dict[str, str] = {}
+
+    def take(front: str, table: Mapping[str, Any]) -> None:
+        for key, value in table.items():
+            if isinstance(value, Mapping):
+                take(f"{front}{key}.", value)
+            elif value is not None:
+                found[f"{front}{key}"] = value if isinstance(value, str) else json.dumps(value)
+
+    take("", content_of(experiment))
+    return found
 
 
 def read(path: Path) -> Experiment:
@@ -192,6 +226,10 @@ def write(folder: Path, experiment: Experiment) -> None:
 def update(folder: Path, **entries: Any) -> None:
     """Set fields of the experiment.yaml of a bag folder. Raises LceError if it cannot be read."""
     write(folder, read(folder / FILE_NAME).with_entries(**entries))
+
+
+def _sha256(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def now() -> str:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import POWER, SENSORS
+from lce_data.channels import POWER, SENSORS, Channel
 from lce_data.run import Run, Series
 
 Floats = NDArray[np.float64]
@@ -21,14 +21,14 @@ def lost_samples(run: Run) -> str:
     """A sentence on the samples that were lost, by topic, and between which times; empty if there are none."""
     told = []
     for channel, series in run.series.items():
-        lost = _lost(run, channel.topic)
+        lost = _lost(run, channel)
         begin_s, end_s = _gaps(series)
         if lost:
             when = f" between {begin_s[0]:.6g} and {end_s[-1]:.6g} s" if begin_s.size else ""
             told.append(f"{lost} of {lost + series.time_s.size} {channel.topic} samples lost{when}")
     if not told:
         return ""
-    held = "; measurements while the power is not known were left out" if _lost(run, POWER.topic) else ""
+    held = "; measurements while the power is not known were left out" if _lost(run, POWER) else ""
     return f"{', '.join(told)}{held}"
 
 
@@ -37,17 +37,21 @@ def without_unknown_power(run: Run) -> Run:
 
     The power counts as held from sample to sample. Where samples are lost it may have been another one.
     """
-    if run.power is None or not _lost(run, POWER.topic):
+    if run.power is None or not _lost(run, POWER):
         return run
     gaps = _gaps(run.power)
     left = {c: _outside(series, *gaps) if c in SENSORS else series for c, series in run.series.items()}
     return replace(run, series={c: series for c, series in left.items() if series.time_s.size})
 
 
-def _lost(run: Run, topic: str) -> int:
-    """Samples of a topic, in whatever namespace, that the recorder has counted as lost."""
+def _lost(run: Run, channel: Channel) -> int:
+    """Samples that the recorder has counted as lost on the topic that was read, in whatever namespace."""
     counts = run.experiment.lost or {}
-    return sum(count for name, count in counts.items() if f"/{name}".endswith(f"/{topic}"))
+    for topic in filter(None, (channel.stamped_topic, channel.topic)):
+        found = [count for name, count in counts.items() if f"/{name}".endswith(f"/{topic}")]
+        if found:
+            return sum(found)
+    return 0
 
 
 def _gaps(series: Series) -> tuple[Floats, Floats]:

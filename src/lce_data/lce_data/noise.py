@@ -74,7 +74,7 @@ def _quantum(value: Floats) -> float:
 def _rms_around_cubic(value: Floats, window: int) -> float:
     """RMS noise by the residual of a cubic in the calmest windows; infinite where the series is too short for that.
 
-    The cubic takes a part of the noise with it, the more the longer that is correlated. How much is told by the
+    The cubic takes a part of the noise with it, the more the longer that is correlated. How much follows from the
     correlation of the residual from sample to sample, as if the noise were autoregressive of first order.
     """
     if value.size < 8 * window:

@@ -10,12 +10,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.bag.reader import Recorded, read_bag
+from lce_data.bag.reader import Recorded, read_bag_with_markers
 from lce_data.channels import POWER, SENSORS, Channel, in_order
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
 from lce_data.files import check_regular
 from lce_data.losses import without_unknown_power
+from lce_data.marker import Marker
 from lce_data.run import Run, Series
 from lce_data.run_csv import read_csv_experiment, read_run_csv
 
@@ -74,6 +75,26 @@ def read_run(path: str | Path) -> Run:
     --------
     >>> run = read_run("runs/pulse")  # doctest: +SKIP
     """
+    return usable(read_recording(path))
+
+
+def read_recording(path: str | Path) -> Run:
+    """Read what a file or folder holds, even if it is no run by itself: the laser power alone, or one sensor.
+
+    Parameters
+    ----------
+    path : a rosbag2 folder, an MCAP file or a CSV file.
+
+    Returns
+    -------
+    Run
+        As `read_run`.
+
+    Raises
+    ------
+    LceError
+        If a channel cannot be used.
+    """
     path = Path(path)
     if not path.exists():
         raise LceError(f"{path}: no such file or folder")
@@ -81,25 +102,41 @@ def read_run(path: str | Path) -> Run:
         if not file.is_dir():
             check_regular(file)
     if path.is_dir() or path.suffix == ".mcap":
-        return run_from(path, read_bag(path), beside(path))
+        recorded, markers = read_bag_with_markers(path)
+        return _recording(path, recorded, beside(path), markers)
     if path.suffix.lower() == ".csv":
-        return run_from(path, read_run_csv(path), read_csv_experiment(path))
+        return _recording(path, read_run_csv(path), read_csv_experiment(path))
     raise LceError(f"{path}: neither a rosbag2 folder, nor an .mcap file, nor a .csv file")
 
 
-def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
+def run_from(path: Path, recorded: Recorded, experiment: Experiment, markers: Iterable[Marker] = ()) -> Run:
     """Make a run of what was recorded in a file or folder. Raises LceError if it cannot be used."""
-    series = {channel: _series(path, *recorded[channel], channel) for channel in in_order(recorded)}
-    sensors = [channel for channel in series if channel in SENSORS]
-    if POWER not in series and len(sensors) < 2:
+    return usable(_recording(path, recorded, experiment, markers))
+
+
+def usable(run: Run) -> Run:
+    """The run. Raises LceError if its channels say nothing of each other, or one of them is too short."""
+    sensors = run.measured
+    if run.power is None and len(sensors) < 2:
         pair = f"not {'both' if len(SENSORS) == 2 else 'two of'} {' and '.join(s.name for s in SENSORS)}"
-        raise LceError(f"{path}: no laser power, and {pair}: nothing to relate")
+        raise LceError(f"{run.path}: no laser power, and {pair}: nothing to relate")
     if not sensors:
         none = f"neither {' nor '.join(s.name for s in SENSORS)}"
-        raise LceError(f"{path}: {none}: nothing to compare a model with")
+        raise LceError(f"{run.path}: {none}: nothing to compare a model with")
+    for channel, series in run.series.items():
+        _check_length(run.path, channel, series.time_s.size)
+    return run
+
+
+def _recording(path: Path, recorded: Recorded, experiment: Experiment, markers: Iterable[Marker] = ()) -> Run:
+    """What was recorded, as far as each channel by itself can be used."""
+    series = {channel: _series(path, *recorded[channel], channel) for channel in in_order(recorded)}
+    if not series:
+        raise LceError(f"{path}: no laser power and no sensor in it")
     for channel, values in series.items():
         _check_values(path, channel, values.value)
-    zero_s = series[POWER].time_s[0] if POWER in series else min(series[c].time_s[0] for c in sensors)
+    first = [POWER] if POWER in series else [c for c in series if c in SENSORS] or list(series)
+    zero_s = min(series[channel].time_s[0] for channel in first)
     times = {id(s.time_s): s.time_s for s in series.values()}  # channels of a CSV share theirs: shifted once
     since_zero = {key: time_s - zero_s if zero_s else time_s for key, time_s in times.items()}
     run = Run(
@@ -108,15 +145,14 @@ def run_from(path: Path, recorded: Recorded, experiment: Experiment) -> Run:
         sha256=_digest(path),
         series={c: Series(since_zero[id(s.time_s)], c.recorded.to_si(s.value)) for c, s in series.items()},
         experiment=experiment,
+        markers=tuple(replace(marker, time_s=marker.time_s - zero_s) for marker in markers),
     )
     return without_unknown_power(run)
 
 
 def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series:
     """The series as recorded. Raises LceError if it is short, not finite, or its time does not increase."""
-    fewest = 1 if channel.sets else FEWEST_SAMPLES
-    if time.size < fewest:
-        raise LceError(f"{path}: {channel.name} has {time.size} samples; {fewest} are the least that say anything")
+    _check_length(path, channel, time.size)
     bad = np.flatnonzero(~np.isfinite(value))
     if bad.size:
         raise LceError(f"{path}: {channel.name} is {value[bad[0]]} at {time[bad[0]] - time[0]:.3f} s")
@@ -128,6 +164,12 @@ def _series(path: Path, time: Floats, value: Floats, channel: Channel) -> Series
             f"{time[i + 1] - time[0]:.6f} s after {time[i] - time[0]:.6f} s"
         )
     return Series(time, value)
+
+
+def _check_length(path: Path, channel: Channel, samples: int) -> None:
+    fewest = 1 if channel.sets else FEWEST_SAMPLES
+    if samples < fewest:
+        raise LceError(f"{path}: {channel.name} has {samples} samples; {fewest} are the least that say anything")
 
 
 def _check_values(path: Path, channel: Channel, value: Floats) -> None:

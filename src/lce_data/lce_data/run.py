@@ -4,14 +4,22 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.channels import DISPLACEMENT, INPUTS, POWER, SENSORS, TEMPERATURE, Channel, channel_of_column, in_order
 from lce_data.experiment_file import Experiment
+from lce_data.marker import Marker
+
+if TYPE_CHECKING:
+    import polars
 
 Floats = NDArray[np.float64]
+
+MICROSECONDS: Final = 6
+"""Decimals of the times of a table: channels of a bag that differ by less share a row."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +42,7 @@ class Run:
     path : file or folder that it was read from; empty for a run made in code.
     sha256 : identifies the data.
     experiment : what ``experiment.yaml`` says of the run; empty for a CSV.
+    markers : what was marked while it was recorded, by time; none for a CSV.
 
     Examples
     --------
@@ -49,6 +58,7 @@ class Run:
     path: Path = Path()
     sha256: str = ""
     experiment: Experiment = field(default_factory=Experiment)
+    markers: tuple[Marker, ...] = ()
 
     @classmethod
     def of(
@@ -67,6 +77,50 @@ class Run:
         """The same run with another series of a channel, or without it if None."""
         others = {c: s for c, s in self.series.items() if c is not channel}
         return replace(self, series=others if series is None else others | {channel: series})
+
+    def aligned(self) -> tuple[Floats, dict[Channel, Floats]]:
+        """The samples of all channels on one time axis.
+
+        Returns
+        -------
+        time_s : (n,)
+        values : (n,) of each channel [its SI unit], NaN where it has no sample.
+        """
+        rounded: dict[int, Floats] = {}  # channels of a table share their times
+        for series in self.series.values():
+            if id(series.time_s) not in rounded:
+                rounded[id(series.time_s)] = np.round(series.time_s, MICROSECONDS)
+        time_s = max(rounded.values(), key=len)
+        for others in rounded.values():
+            at = np.minimum(np.searchsorted(time_s, others), time_s.size - 1)
+            if (time_s[at] != others).any():
+                time_s = np.union1d(time_s, others)
+        values = {}
+        for channel, series in self.series.items():
+            values[channel] = series.value
+            if series.value.size != time_s.size:
+                values[channel] = np.full(time_s.size, np.nan)
+                values[channel][np.searchsorted(time_s, rounded[id(series.time_s)])] = series.value
+        return time_s, values
+
+    def to_dataframe(self) -> "polars.DataFrame":
+        """The run as a table: ``time_s`` and a column for each channel, named and in the unit as in a CSV of the bench.
+
+        A cell is null where the channel has no sample. ``.to_pandas()`` makes a pandas table of it, where pandas and
+        pyarrow are installed.
+
+        Examples
+        --------
+        >>> time_s = np.arange(3.0)
+        >>> run = Run.of("warm", power=Series(time_s, np.ones(3)), temperature=Series(time_s[1:], np.full(2, 293.15)))
+        >>> run.to_dataframe().rows()[:2]
+        [(0.0, 1.0, None), (1.0, 1.0, 20.0)]
+        """
+        import polars
+
+        time_s, values = self.aligned()
+        columns = {c.column: c.recorded.from_si(values[c]) for c in in_order(values)}
+        return polars.DataFrame({"time_s": time_s, **columns}, nan_to_null=True)
 
     @property
     def power(self) -> Series | None:

@@ -3,13 +3,17 @@
 
 from collections.abc import Mapping
 
-from lce_data.channels import CHANNELS, SENSORS, Channel
+from lce_data.channels import CHANNELS, NUMBER, SENSORS, STAMPED_NUMBER, Channel, stamped_topic
 
 COMMAND = "laser/power_command"
+COMMAND_STAMPED = stamped_topic(COMMAND)
 ARMED = "laser/armed"
 SETPOINT = "temperature_setpoint"
 TARGET = "target_displacement"
 DIAGNOSTICS = "/diagnostics"
+MARKER = "marker"
+"""Events of a run that somebody marks: a time and a short text, as a line of a log."""
+LOG = "rcl_interfaces/msg/Log"
 
 
 def simulated_topic(channel: Channel) -> str:
@@ -18,12 +22,15 @@ def simulated_topic(channel: Channel) -> str:
 
 
 RECORDED: Mapping[str, str] = {
-    COMMAND: "std_msgs/msg/Float64",
+    COMMAND: NUMBER,
+    COMMAND_STAMPED: STAMPED_NUMBER,
     **{channel.topic: channel.message for channel in CHANNELS},
+    **{channel.stamped_topic: STAMPED_NUMBER for channel in CHANNELS if channel.stamped_topic},
     SETPOINT: "sensor_msgs/msg/Temperature",
-    TARGET: "std_msgs/msg/Float64",
+    TARGET: NUMBER,
     **{simulated_topic(channel): channel.message for channel in SENSORS},
     DIAGNOSTICS: "diagnostic_msgs/msg/DiagnosticArray",
+    MARKER: LOG,
 }
 """Message type by topic, of every topic that is recorded by default; what nobody publishes is not in the bag."""
 

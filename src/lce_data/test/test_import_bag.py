@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from lce_data.bag.message_types import OWN
+from lce_data.channels import STAMPED_NUMBER
 from lce_data.errors import LceError
 from lce_data.importing.read import read_foreign
 from lce_data.importing.recording import Pick
@@ -15,6 +17,7 @@ from lce_data.read_runs import read_run
 from lce_data.units import KELVIN
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
+STORE.register(get_types_from_msg(OWN[STAMPED_NUMBER], STAMPED_NUMBER))
 WRENCH, FLOAT32, TEMPERATURE = "geometry_msgs/msg/WrenchStamped", "std_msgs/msg/Float32", "sensor_msgs/msg/Temperature"
 
 
@@ -95,3 +98,22 @@ def test_what_is_not_picked_comes_from_the_topics_of_the_bench(tmp_path: Path) -
     assert recording.guesses == () and recording.left_out == ("/lce/sim/displacement",)
     recording = read_foreign(tmp_path / "bag", (), picks("temperature=/box/heat:K", "displacement="))
     assert [signal.quantity for signal in recording.signals] == ["temperature", "power"]
+
+
+def test_of_the_topics_of_the_bench_those_with_stamps_are_taken(tmp_path: Path) -> None:
+    kinds = STORE.types
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        plain = writer.add_connection("/lce/displacement", "std_msgs/msg/Float64", typestore=STORE)
+        stamped = writer.add_connection("/lce/displacement_stamped", STAMPED_NUMBER, typestore=STORE)
+        for i in range(20):
+            log_ns = 2_000_000_000 + 10_000_000 * i + (i % 3) * 1_000_000
+            stamp = kinds["builtin_interfaces/msg/Time"](1, 10_000_000 * i)
+            message = kinds[STAMPED_NUMBER](kinds["std_msgs/msg/Header"](stamp, "strip"), 2e-5 * i)
+            writer.write(
+                plain, log_ns, STORE.serialize_cdr(kinds["std_msgs/msg/Float64"](1e-5), "std_msgs/msg/Float64")
+            )
+            writer.write(stamped, log_ns, STORE.serialize_cdr(message, STAMPED_NUMBER))
+    (signal,) = read_foreign(tmp_path / "bag").signals
+    assert (signal.quantity, signal.source) == ("displacement", "/lce/displacement_stamped")
+    np.testing.assert_allclose(signal.time_s, 0.01 * np.arange(20), atol=1e-6)
+    np.testing.assert_allclose(signal.value, 2e-5 * np.arange(20))

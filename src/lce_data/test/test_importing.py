@@ -226,6 +226,18 @@ def test_a_symbol_only_suggests_what_a_column_is(header: str, channel: object) -
     assert said is not None and said.quantity == getattr(channel, "name", "") and said.certain == (header == "temp")
 
 
+def test_a_unit_alone_suggests_what_a_column_is() -> None:
+    found = {header: meaning(header) for header in ("IR camera [°C]", "lifted (µm)", "Verdi / mW", "ramp [%]", "n [V]")}
+    said = {header: what and (what.quantity, what.certain) for header, what in found.items()}
+    assert said == {
+        "IR camera [°C]": ("temperature", False),
+        "lifted (µm)": ("displacement", False),
+        "Verdi / mW": ("power", False),
+        "ramp [%]": None,
+        "n [V]": None,
+    }
+
+
 def test_the_room_the_load_and_inputs_of_ones_own_are_understood(tmp_path: Path) -> None:
     columns = {
         "time_s": TIME_S, "power_w": POWER_W, "temperature_k": WARM_K, "T_room [°C]": np.full(N, 22.5),

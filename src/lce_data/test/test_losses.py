@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lost samples are told. What was measured while the power is not known is left out."""
+"""Lost samples are counted and reported; measurements taken while the power is unknown are left out."""
 
 import numpy as np
 import pytest
@@ -52,6 +52,13 @@ def test_measurements_under_an_unknown_power_are_left_out() -> None:
     assert left.size == 200 - 19 and not ((left > 3.095) & (left < 4.995)).any()
     assert run.displacement.time_s.size == 1810, "lost as well: absent already"
     assert run.power.time_s.size == 1810
+
+
+def test_what_counts_is_the_topic_that_was_read() -> None:
+    run = _run({"/lce/laser/power": 190, "/lce/laser/power_stamped": 0}, power_lost=False)
+    assert lost_samples(run) == ""
+    run = _run({"/lce/laser/power": 0, "/lce/laser/power_stamped": 190})
+    assert "190 of 2000 laser/power samples lost" in lost_samples(run)
 
 
 def test_a_power_that_is_recorded_when_it_changes_is_no_loss() -> None:

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import yaml
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from lce_data.bag.message_types import OWN
+from lce_data.channels import STAMPED_NUMBER
 from lce_data.errors import LceError
 from lce_data.read_runs import read_run, read_runs
 from lce_data.units import KELVIN
@@ -17,6 +19,7 @@ from lce_data.units import KELVIN
 HEADER = "time_s,power_w,temperature_c,displacement_m"
 ROWS = [f"{10.0 + 0.1 * i:.1f},{0.5 * (i >= 3)},{25.0 + i},{1e-5 * i}" for i in range(12)]
 STORE = get_typestore(Stores.ROS2_JAZZY)
+STORE.register(get_types_from_msg(OWN[STAMPED_NUMBER], STAMPED_NUMBER))
 Messages = dict[str, tuple[str, list[tuple[float, float]]]]
 """By topic: type, and (time [s], value) of each message."""
 BAG: Messages = {
@@ -35,7 +38,7 @@ def csv(folder: Path, rows: list[str], header: str = HEADER, name: str = "run") 
 
 def bag(path: Path, recorded: Messages) -> Path:
     """A rosbag2 folder; temperatures are logged every 0.1 s from 100.005 s on, whatever their stamps."""
-    stamped, plain = STORE.types["sensor_msgs/msg/Temperature"], STORE.types["std_msgs/msg/Float64"]
+    plain = STORE.types["std_msgs/msg/Float64"]
     header, stamp = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic, (kind, series) in recorded.items():
@@ -45,7 +48,8 @@ def bag(path: Path, recorded: Messages) -> Path:
                 if kind.startswith("std"):
                     message = plain(value)
                 else:
-                    message = stamped(header(stamp(at // 10**9, at % 10**9), ""), value, 0.0)
+                    rest = [0.0] if kind.endswith("Temperature") else []
+                    message = STORE.types[kind](header(stamp(at // 10**9, at % 10**9), "strip"), value, *rest)
                     log = 100_005_000_000 + 100_000_000 * i
                 writer.write(connection, log, STORE.serialize_cdr(message, kind))
     return path
@@ -164,6 +168,28 @@ def test_a_bag_is_timed_by_stamps_and_read_whatever_its_namespace(tmp_path: Path
     (file,) = folder.glob("*.mcap")
     alone = read_run(file)
     assert alone.power is not None and np.array_equal(alone.power.value, run.power.value)
+
+
+STAMPED: Messages = {
+    "/lce/laser/power_stamped": (STAMPED_NUMBER, [(100.0 + 0.01 * i, 0.5) for i in range(20)]),
+    "/lce/displacement_stamped": (STAMPED_NUMBER, [(100.004 + 0.01 * i, 2e-5 * i) for i in range(20)]),
+}
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_numbers_with_a_time_of_their_own_are_preferred(tmp_path: Path, plain: bool) -> None:
+    beside = {topic: BAG[topic] for topic in ("/lce/laser/power", "/lce/displacement")} if plain else {}
+    run = read_run(bag(tmp_path / "run", {"/lce/temperature": BAG["/lce/temperature"], **beside, **STAMPED}))
+    assert run.power is not None and run.displacement is not None
+    assert run.power.time_s == pytest.approx(0.01 * np.arange(20), abs=1e-6)
+    assert run.displacement.time_s == pytest.approx(0.004 + 0.01 * np.arange(20), abs=1e-6)  # not when it was logged
+    assert run.displacement.value == pytest.approx(2e-5 * np.arange(20))
+
+
+def test_a_stamped_topic_of_another_type_is_left_alone(tmp_path: Path) -> None:
+    other = {"/lce/displacement_stamped": BAG["/lce/temperature"]}
+    run = read_run(bag(tmp_path / "run", BAG | other))
+    assert run.displacement is not None and run.displacement.value.max() == pytest.approx(19e-5)
 
 
 def test_of_two_messages_at_one_instant_the_last_one_holds(tmp_path: Path) -> None:

@@ -8,12 +8,16 @@ import sys
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from lce_data.channels import STAMPED_NUMBER
 from lce_data.errors import LceError
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
+
+OWN: Final = {STAMPED_NUMBER: "std_msgs/Header header\nfloat64 value"}
+"""The messages of lce_interfaces, for bags that are read where no workspace is sourced."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,10 @@ class MessageType:
 
 @cache
 def message_type(name: str) -> MessageType:
-    """Look up `pkg/msg/Name` in the ROS prefix, or else in ROS 2 Jazzy. Raises LceError if it is in neither."""
+    """Look up `pkg/msg/Name` in the ROS prefix, or else among our own and those of ROS 2 Jazzy.
+
+    Raises LceError if it is nowhere.
+    """
     store = _store()
     _register(store, name)
     definition, _ = store.generate_msgdef(name, ros_version=2)
@@ -57,10 +64,12 @@ def _register(store: Typestore, name: str) -> None:
 
 
 def _fields(name: str) -> dict[str, Any]:
-    """rosbags' description of a type, from the .msg file of the ROS prefix, or else from its own copy of Jazzy."""
+    """rosbags' description of a type, from the .msg file of the ROS prefix, or else from `OWN` or its copy of Jazzy."""
     from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
     file = _message_file(name)
+    if file is None and name in OWN:
+        return dict(get_types_from_msg(OWN[name], name))
     if file is None:
         jazzy = get_typestore(Stores.ROS2_JAZZY).fielddefs
         if name not in jazzy:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import msgspec
@@ -96,8 +97,15 @@ def topic_count(name: str, type_name: str, type_hash: str, qos: Sequence[Mapping
     return TopicCount(Topic(name, type_name, "cdr", [dict(profile) for profile in qos], type_hash), count)
 
 
-def metadata(file: str, topics: Sequence[TopicCount], start_ns: int, end_ns: int, state: str) -> BagMetadata:
-    """Describe a bag of one MCAP file."""
+def metadata(
+    file: str,
+    topics: Sequence[TopicCount],
+    start_ns: int,
+    end_ns: int,
+    state: str,
+    about: Mapping[str, str] = MappingProxyType({}),
+) -> BagMetadata:
+    """Describe a bag of one MCAP file; ``about`` is what custom_data says of it beside its state."""
     total = sum(topic.message_count for topic in topics)
     starting, duration = StartingTime(start_ns), Duration(end_ns - start_ns)
     return BagMetadata(
@@ -109,7 +117,7 @@ def metadata(file: str, topics: Sequence[TopicCount], start_ns: int, end_ns: int
         topics_with_message_count=list(topics),
         relative_file_paths=[file],
         files=[BagFile(file, starting, duration, total)],
-        custom_data={STATE: state},
+        custom_data={STATE: state, **about},
         ros_distro="jazzy",
     )
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,9 +13,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import CHANNELS, INPUTS, NAMED_INPUT, Channel, named_input
+from lce_data.channels import CHANNELS, INPUTS, NAMED_INPUT, NUMBER, STAMPED_NUMBER, Channel, named_input
 from lce_data.errors import LceError
+from lce_data.marker import Marker, decode_markers
 from lce_data.schema import read_yaml
+from lce_data.topics import LOG, MARKER
 
 Floats = NDArray[np.float64]
 
@@ -22,11 +25,13 @@ Recorded = Mapping[Channel, tuple[Floats, Floats]]
 """Time [s] and value [recorded unit] of each channel that was recorded, (n,) each."""
 
 METADATA: Final = "metadata.yaml"
-OWN_TOPICS: Final = tuple(channel.topic for channel in CHANNELS if channel not in INPUTS)
+OWN_TOPICS: Final = tuple(
+    topic for channel in CHANNELS if channel not in INPUTS for topic in (channel.topic, channel.stamped_topic) if topic
+)
 """Topics of an actuator and its sensors: one of them tells the namespace of a bag."""
-OPTIONAL_TOPICS: Final = tuple(channel.topic for channel in INPUTS)
+PLAIN_TOPICS: Final = tuple(channel.topic for channel in CHANNELS)
+STAMPED_TOPICS: Final = tuple(channel.stamped_topic for channel in CHANNELS if channel.stamped_topic)
 NAMED_TOPIC: Final = "/input/"
-NAMED_MESSAGE: Final = "std_msgs/msg/Float64"
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,16 @@ def read_numbers(path: Path) -> dict[str, tuple[Floats, Floats]]:
 
 
 def read_bag(path: Path) -> Recorded:
+    """Read the channels of a bag: `read_bag_with_markers` without the markers."""
+    return read_bag_with_markers(path)[0]
+
+
+def read_bag_with_markers(path: Path) -> tuple[Recorded, tuple[Marker, ...]]:
     """Read the channels of a bag, timed by their header stamps, or by the log time of the bag if they have none.
+
+    The markers have the same times [s].
+
+    A channel whose messages have no stamp is read from the stamped topic beside it, if that was recorded too.
 
     Raises
     ------
@@ -101,7 +115,7 @@ def read_bag(path: Path) -> Recorded:
         If the bag cannot be read, is empty, or holds several actuators or a channel of another type; names the bag,
         the topic, and what to do.
     """
-    found = read_topics(path, _is_channel)
+    found = read_topics(path, lambda topic, kind: _is_channel(topic, kind) or _is_marker(topic, kind))
     own = [topic for topic in found if _ends_in(topic, OWN_TOPICS)]
     if not own:
         raise LceError(f"{path}: the bag is empty; if it was cut short, run: lce repair {path}")
@@ -109,14 +123,18 @@ def read_bag(path: Path) -> Recorded:
     recorded: dict[Channel, tuple[Floats, Floats]] = {}
     for channel in (*CHANNELS, *_named_inputs(found, namespace)):
         messages = found.get(f"{namespace}{channel.topic}")
+        if messages is not None and messages.type != channel.message:
+            raise LceError(f"{path}: topic {namespace}{channel.topic} is a {messages.type}, not a {channel.message}")
+        if channel.stamped_topic:
+            messages = found.get(f"{namespace}{channel.stamped_topic}", messages)
         if messages is None:
             continue
-        if messages.type != channel.message:
-            raise LceError(f"{path}: topic {namespace}{channel.topic} is a {messages.type}, not a {channel.message}")
         with foreign(path):
             time_s, value = messages.by_stamp()
         recorded[channel] = _latest(time_s, value)
-    return recorded
+    marked = found.get(f"{namespace}{MARKER}", Messages(LOG))
+    with foreign(path):
+        return recorded, decode_markers(marked.log_time_ns, marked.cdr)
 
 
 def _from_folder(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[tuple[str, str, int, bytes]]:
@@ -144,8 +162,16 @@ def _from_file(path: Path, wanted: Callable[[str, str], bool]) -> Iterator[tuple
 
 def _is_channel(topic: str, type_name: str) -> bool:
     """Whether a topic is that of a channel in some namespace, and not what the simulator knows of it."""
-    named = NAMED_TOPIC in f"/{topic}" and type_name == NAMED_MESSAGE
-    return (named or _ends_in(topic, (*OWN_TOPICS, *OPTIONAL_TOPICS))) and "/sim/" not in f"/{topic}"
+    if "/sim/" in f"/{topic}":
+        return False
+    if type_name == STAMPED_NUMBER:
+        return _ends_in(topic, STAMPED_TOPICS)
+    named = NAMED_TOPIC in f"/{topic}" and type_name == NUMBER
+    return named or _ends_in(topic, PLAIN_TOPICS)
+
+
+def _is_marker(topic: str, type_name: str) -> bool:
+    return type_name == LOG and _ends_in(topic, (MARKER,))
 
 
 def _ends_in(topic: str, names: Iterable[str]) -> bool:
@@ -173,6 +199,18 @@ def _floats(messages: Messages) -> tuple[None, Floats]:
     return None, np.frombuffer(b"".join(cdr[4:12] for cdr in messages.cdr), dtype=order).astype(np.float64)
 
 
+def _stamped_floats(messages: Messages) -> tuple[list[int], Floats]:
+    """Float64Stamped messages: CDR header, seconds, nanoseconds, length and text of the frame, padding, the number."""
+    time_ns, value = [], np.empty(len(messages.cdr))
+    for i, cdr in enumerate(messages.cdr):
+        order = "<" if cdr[1] & 1 else ">"
+        sec, nanosec, length = struct.unpack_from(f"{order}iII", cdr, 4)
+        end = 12 + length
+        (value[i],) = struct.unpack_from(f"{order}d", cdr, 4 + end + -end % 8)
+        time_ns.append(sec * 1_000_000_000 + nanosec)
+    return time_ns, value
+
+
 def _temperatures(messages: Messages) -> tuple[list[int], Floats]:
     from rosbags.typesys import Stores, get_typestore
 
@@ -194,7 +232,8 @@ def _latest(time: Floats, value: Floats) -> tuple[Floats, Floats]:
 
 
 NUMBERS: Final[Mapping[str, Callable[[Messages], tuple[list[int] | None, Floats]]]] = {
-    "std_msgs/msg/Float64": _floats,
+    NUMBER: _floats,
+    STAMPED_NUMBER: _stamped_floats,
     "sensor_msgs/msg/Temperature": _temperatures,
 }
 """How header stamps [ns], if there are any, and numbers are decoded from messages of a type."""

@@ -21,7 +21,7 @@ from zstandard import ZstdError
 
 from lce_data.bag import metadata as bag_metadata
 from lce_data.bag.message_types import message_type
-from lce_data.bag.metadata import REPAIRED, TopicCount, topic_count
+from lce_data.bag.metadata import REPAIRED, STATE, TopicCount, topic_count
 from lce_data.bag.writer import FULL, LIBRARY
 from lce_data.errors import LceError
 from lce_data.files import check_regular
@@ -59,7 +59,7 @@ def repair(bag: Path) -> Repair:
         raise LceError(f"{original}: exists already, so {file.name} was repaired before; move it away first")
     try:
         topics, start_ns, end_ns, lost = _copy(file, part)
-        content = bag_metadata.metadata(file.name, topics, start_ns, end_ns, REPAIRED)
+        content = bag_metadata.metadata(file.name, topics, start_ns, end_ns, REPAIRED, _about(folder))
         if folder is not None:  # before the file: both or, on a full disk, neither
             bag_metadata.write(folder, content)
         _keep(file, original)
@@ -70,6 +70,15 @@ def repair(bag: Path) -> Repair:
     finally:
         part.unlink(missing_ok=True)
     return Repair(bag, content.message_count, (end_ns - start_ns) / 1e9, lost, original)
+
+
+def _about(folder: Path | None) -> dict[str, str]:
+    """What the metadata of the damaged bag said of it: specimen, notes, versions; nothing if it cannot be read."""
+    try:
+        found = bag_metadata.read(folder).custom_data if folder is not None else None
+    except LceError:
+        return {}
+    return {key: str(value) for key, value in (found or {}).items() if key != STATE}
 
 
 def _keep(file: Path, original: Path) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from operator import itemgetter
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 from mcap.writer import CompressionType, Writer
@@ -34,14 +35,16 @@ FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 class BagWriter:
     """One recording. `folder` must not exist; it gets a metadata.yaml at once, which says "recording".
 
+    ``about`` is text by key for the custom_data of the metadata: specimen, notes, versions.
+
     ``counts`` are the messages written by topic; ``failed`` says whether the file could not be written.
 
     Raises LceError if the folder exists or cannot be made, or a message type is not installed. Later it does when the
     file cannot be written any more: that closes the recording, and what the last flush wrote can be repaired.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, about: Mapping[str, str] = MappingProxyType({})) -> None:
+        self.folder, self._about = folder, dict(about)
         try:
             folder.mkdir(parents=True)
             self.file = folder / FILE_NAME
@@ -119,4 +122,4 @@ class BagWriter:
             topic_count(name, kind.name, kind.hash, qos, self.counts[name])
             for name, (_, kind, qos) in sorted(self._channels.items())
         ]
-        return bag_metadata.metadata(self.file.name, topics, self.start_ns, self.end_ns, state)
+        return bag_metadata.metadata(self.file.name, topics, self.start_ns, self.end_ns, state, self._about)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.bag.reader import Messages, foreign, read_topics
-from lce_data.channels import CHANNELS, TEMPERATURE, Channel
+from lce_data.channels import CHANNELS, STAMPED_NUMBER, TEMPERATURE, Channel, stamped_topic
 from lce_data.errors import LceError
 from lce_data.importing.headers import TIME, si_unit
 from lce_data.importing.plausible import Hints, likely_unit
@@ -62,18 +62,25 @@ def _channel_of(topic: str, type_name: str) -> Channel | None:
     """The channel that a topic of the bench holds, in whatever namespace; not what the simulator knows of it."""
     if "/sim/" in topic:
         return None
-    return next((c for c in CHANNELS if f"/{topic}".endswith(f"/{c.topic}") and type_name == c.message), None)
+    for channel in CHANNELS:
+        name = channel.stamped_topic if type_name == STAMPED_NUMBER else channel.topic
+        if name and f"/{topic}".endswith(f"/{name}") and type_name in (channel.message, STAMPED_NUMBER):
+            return channel
+    return None
 
 
 def _of_the_bench(path: Path, picks: Sequence[Pick], types: Mapping[str, str]) -> list[Pick]:
-    """Picks of the channels that the user said nothing of. Raises LceError if two topics may hold one of them."""
+    """Picks of the channels that the user said nothing of: a stamped topic rather than the plain one beside it.
+
+    Raises LceError if two topics may hold one of them.
+    """
     said = {pick.quantity for pick in picks}
     found: dict[str, Pick] = {}
     for topic, type_name in sorted(types.items()):
         channel = _channel_of(topic, type_name)
         if channel is None or channel.name in said:
             continue
-        if channel.name in found:
+        if channel.name in found and topic != stamped_topic(found[channel.name].source):
             both = f"{found[channel.name].source} and {topic}"
             raise LceError(f"{path}: {both} may be the {channel.name}; --topic {channel.name}=TOPIC picks one")
         found[channel.name] = Pick(channel.name, topic, typed(channel.recorded))
@@ -94,6 +101,9 @@ def _numbers(path: Path, topic: str, field: str, messages: Messages) -> tuple[Fl
     """Time [s] and number of each message."""
     from rosbags.typesys import Stores, get_typestore
 
+    if messages.type == STAMPED_NUMBER and field in ("", "value"):
+        with foreign(path):
+            return _increasing(*messages.by_stamp())
     store = get_typestore(Stores.ROS2_JAZZY)
     if messages.type not in store.types:
         raise LceError(f"{path}: topic {topic} is a {messages.type}, which is no type of ROS 2 Jazzy")
@@ -111,10 +121,15 @@ def _numbers(path: Path, topic: str, field: str, messages: Messages) -> tuple[Fl
     time_ns = (
         [s.sec * 1_000_000_000 + s.nanosec for s in stamps] if any(s.sec for s in stamps) else messages.log_time_ns
     )
-    order = np.argsort(time_ns, kind="stable")
-    time_s = (np.array(time_ns, dtype=np.int64)[order] - min(time_ns)).astype(np.float64) * 1e-9
-    last = np.append(np.diff(time_s) > 0.0, True)  # of several at one instant the last one holds
-    return time_s[last] + min(time_ns) * 1e-9, value[order][last]
+    return _increasing(np.array(time_ns, dtype=np.int64).astype(np.float64) * 1e-9, value)
+
+
+def _increasing(time_s: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """Samples in the order of their times; of several at one instant the last one holds."""
+    order = np.argsort(time_s, kind="stable")
+    time_s, value = time_s[order], value[order]
+    last = np.append(np.diff(time_s) > 0.0, True)
+    return time_s[last], value[last]
 
 
 def _fields(message: Any, front: str = "") -> list[str]:

@@ -38,6 +38,9 @@ LETTERS: Final = (
 )
 """Symbols that only suggest what a column is."""
 
+MEASURED_IN_ITS_OWN: Final = ("temperature", "displacement", "power", "load")
+"""Quantities whose units suggest them."""
+
 NOT_MEASURED: Final = {"setpoint", "target", "reference", "ref", "desired", "sp", "goal", "predicted", "model", "error"}
 """Words of columns that hold no measurement, whatever else their header says."""
 
@@ -79,6 +82,15 @@ def meaning(header: str) -> Meaning | None:
             unit = _unit(quantity, words, unit_text)
             if len(words) == 1 or unit is not None:
                 return Meaning(quantity, unit, certain=unit is not None)
+    return _by_unit(unit_text)
+
+
+def _by_unit(text: str) -> Meaning | None:
+    """What a unit alone suggests, behind a name that says nothing: ``IR camera [°C]`` is a temperature."""
+    for quantity in MEASURED_IN_ITS_OWN:
+        unit = find_unit(SI_UNITS[quantity], text)
+        if unit is not None and unit.symbol != "%":
+            return Meaning(quantity, unit, certain=False)
     return None
 
 

@@ -182,7 +182,7 @@ def _switch(cell: str) -> float:
 
 
 def _date_reader(cells: Sequence[str]) -> Callable[[str], float] | None:
-    """What makes seconds of such dates or times of day; None if they are none."""
+    """What makes seconds of such dates or times of day; None if they are neither."""
     if cells and all(re.fullmatch(CLOCK, cell) for cell in cells):
         return _clock
     for read in (_iso, *(lambda cell, form=form: _since_1970(datetime.strptime(cell, form)) for form in DATES)):

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_data.channels import NAMED_INPUT, Channel, Unit, channel_named
+from lce_data.channels import NAMED_INPUT, Unit, channel_named
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, experiment_of
 from lce_data.importing.headers import SI_UNITS, TIME, si_unit
@@ -24,8 +24,6 @@ from lce_data.suspicions import suspicions
 
 Floats = NDArray[np.float64]
 
-MICROSECONDS: Final = 6
-"""Decimals of the times that are written: channels of a bag that differ by less share a row."""
 COLUMN, UNIT = "column", "unit"
 HEAD: Final = ("column", "is", "unit", "range", "samples", "median step")
 
@@ -208,30 +206,10 @@ class Recording:
             If the run could not be used, a condition is no number, or a file exists and may not be replaced.
         """
         out, run, about = self.check(folder, conditions, overwrite)
-        time_s, values = _one_time(run)
+        time_s, values = run.aligned()
         folder.mkdir(parents=True, exist_ok=True)
         write_run_csv(out, time_s, values, about)
         return out
-
-
-def _one_time(run: Run) -> tuple[Floats, dict[Channel, Floats]]:
-    """The times (n,) of all channels of a run, and each channel's values (n,) at them, NaN where it has no sample."""
-    rounded: dict[int, Floats] = {}  # channels of a table share their times
-    for series in run.series.values():
-        if id(series.time_s) not in rounded:
-            rounded[id(series.time_s)] = np.round(series.time_s, MICROSECONDS)
-    time_s = max(rounded.values(), key=len)
-    for others in rounded.values():
-        at = np.minimum(np.searchsorted(time_s, others), time_s.size - 1)
-        if (time_s[at] != others).any():
-            time_s = np.union1d(time_s, others)
-    values = {}
-    for channel, series in run.series.items():
-        values[channel] = series.value
-        if series.value.size != time_s.size:
-            values[channel] = np.full(time_s.size, np.nan)
-            values[channel][np.searchsorted(time_s, rounded[id(series.time_s)])] = series.value
-    return time_s, values
 
 
 def _samples(time_s: Floats, value: Floats) -> tuple[Floats, Floats]:

@@ -58,7 +58,7 @@ MEANING: Final = {
     ("m", "%"): "1 % counts as 1 mm: the strain of 100 mm",
     ("N", "MPa"): "1 MPa counts as 1 N: the force on a cross-section of 1 mm²",
 }
-"""What is said of a unit that is no unit of the quantity, by SI unit and symbol."""
+"""The remark on a unit that is no unit of the quantity, by SI unit and symbol."""
 
 
 def typed(unit: Unit) -> str:
