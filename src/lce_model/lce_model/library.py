@@ -3,7 +3,7 @@
 
 from typing import Final
 
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 from lce_model.deformation.bouc_wen import BOUC_WEN
 from lce_model.deformation.branch import BRANCH
 from lce_model.deformation.dynamic import DYNAMIC
@@ -53,7 +53,7 @@ def terms(thermal: str, deformation: str, effects: tuple[str, ...] = ()) -> tupl
     """
     for kind, name, known in (("thermal", thermal, THERMAL), ("deformation", deformation, DEFORMATION)):
         if name not in known:
-            raise LceError(f"{kind}: unknown model {name!r}; one of {', '.join(known)}")
+            raise LceError(f"{kind}: unknown model {name!r}{did_you_mean(name, known)}; one of {', '.join(known)}")
     if thermal == deformation == "none":
         raise LceError("thermal and deformation are both 'none'; choose at least one")
     base = THERMAL[thermal] + DEFORMATION[deformation]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_data.channels import Channel
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 from lce_model.effects import Effect, find, library
 from lce_model.kernel.compose import Kernel, compile_terms
 from lce_model.library import PUBLISHED, terms
@@ -142,7 +142,8 @@ class Model:
         for i, value in enumerate(self.values):
             if value.key == key:
                 return i
-        raise LceError(f"unknown parameter {key!r}; this model has {', '.join(v.key for v in self.values)}")
+        known = [v.key for v in self.values]
+        raise LceError(f"unknown parameter {key!r}{did_you_mean(key, known)}; this model has {', '.join(known)}")
 
     def __getitem__(self, key: str) -> float:
         return self.values[self.index(key)].value
@@ -239,7 +240,7 @@ class Model:
         return self._carried(default_model(self.thermal, self.deformation, kept))
 
     def predicts(self, channel: Channel) -> bool:
-        """Tell whether the model says what the sensor of a channel reports.
+        """Whether the model says what the sensor of a channel reports.
 
         A base term has to write the signal that the sensor measures; effects only change it. Where the model has no
         such signal (:data:`lce_model.terms.SENSOR_INPUT`), any term may write what the sensor reports.

@@ -12,7 +12,7 @@ import msgspec
 import yaml
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 from lce_data.files import write_atomically
 from lce_data.schema import checked, read_yaml
 from lce_model.effects import find_trusted
@@ -253,7 +253,7 @@ def _only(found: Iterable[str], known: Iterable[str], where: str) -> None:
     known = tuple(known)
     for key in found:
         if key not in known:
-            raise LceError(f"{where}: unknown key {key!r}; known: {', '.join(known)}")
+            raise LceError(f"{where}: unknown key {key!r}{did_you_mean(str(key), known)}; known: {', '.join(known)}")
 
 
 def _plain(value: Any) -> Any:

@@ -199,7 +199,7 @@ def arguments(function: Callable[..., object]) -> tuple[str, ...]:
 
 
 def reads(term: Term, signal: str) -> bool:
-    """Tell whether the signal is an argument of the term's step or start."""
+    """Whether the signal is an argument of the term's step or start."""
     return any(signal in arguments(f) for f in term.functions.values())
 
 

@@ -208,7 +208,9 @@ def test_adding_and_taking_out_keep_the_other_values() -> None:
         model.add("creep")
     with pytest.raises(LceError, match="has no effect backlash; it has creep, radiation"):
         model.without("backlash")
-    with pytest.raises(LceError, match="unknown effect 'crep'; known: ambient_drift, backlash"):
+    with pytest.raises(
+        LceError, match=r"unknown effect 'crep' \(did you mean 'creep'\?\); known: ambient_drift, backlash"
+    ):
         model.add("crep")
 
 

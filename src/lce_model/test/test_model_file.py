@@ -39,8 +39,16 @@ def test_a_number_as_people_write_it_is_a_number(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("thermal: lumped", "thermal: lumpy", r"m\.yaml: thermal: unknown model 'lumpy'; one of none, lumped"),
-        ("gain:", "gian:", r"m\.yaml: parameters\.lumped: unknown key 'gian'; known: gain, tau"),
+        (
+            "thermal: lumped",
+            "thermal: lumpy",
+            r"m\.yaml: thermal: unknown model 'lumpy' \(did you mean 'lumped'\?\); one of none, lumped",
+        ),
+        (
+            "gain:",
+            "gian:",
+            r"m\.yaml: parameters\.lumped: unknown key 'gian' \(did you mean 'gain'\?\); known: gain, tau",
+        ),
         ("unit: K/W", "unit: K/mW", r"m\.yaml: parameters\.lumped\.gain\.unit: 'K/mW' does not fit.*'K/W'"),
         ("value: 18.0", "value: -18.0", r"m\.yaml: lumped\.tau: -18 s is outside \[0\.01, 1e\+06\] s"),
         ("value: 18.0", "value: fast", r"m\.yaml: parameters\.lumped\.tau\.value is 'fast'; it must be a number"),

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the dissertation's equations give as they are printed; docs/physics.md tells why the models depart from them."""
+"""What the dissertation's equations give as they are printed.
+
+docs/explanation/physics.md says why the models depart from them.
+"""
 
 import numpy as np
 import pytest

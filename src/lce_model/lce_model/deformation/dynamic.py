@@ -7,8 +7,9 @@ heating:  w13 = Cf1 Δ32 e^(-E21/kT),              w31 = (Cr1 Δ21 + Cr2 Δ21²)
 cooling:  w13 = (Cf1 Δ32 + Cf2 Δ32²) e^(-E21/kT), w31 = Cr1 Δ21 e^(-E23/kT)
 
 Both branches advance with |dT| (as printed, with dT < 0 on cooling, the dominant term would lower x), the cooling
-branch uses its own Cr1, and Q̄0 is the order at the reference temperature instead of 1; docs/physics.md has the
-computation. A0, B, C have one value for heating (``_r``) and one for cooling (``_f``). The model is rate-independent.
+branch uses its own Cr1, and Q̄0 is the order at the reference temperature instead of 1;
+docs/explanation/physics.md has the computation. A0, B, C have one value for heating (``_r``) and one for cooling
+(``_f``). The model is rate-independent.
 
 Below T* the isotropic well is gone and above T1 the nematic one: nothing returns to them (Δ = 0) and nothing holds the
 molecules back (E = 0), so x runs to 1 and to 0 there without the jump that "x = 1 for T < T2" would make of what is

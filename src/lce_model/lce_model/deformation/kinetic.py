@@ -3,14 +3,14 @@
 
 Domains, whose molecules turn together, sit in the nematic or in the isotropic well of the Landau–de Gennes energy and
 jump over the barrier between them at a rate per *time*, with the barriers of (4.6) times the n_c molecules of a domain
-and the widths of (4.12) as corrected, a1 = a3. This is (K1); equations (K…) are those of docs/kinetic.md.
+and the widths of (4.12) as corrected, a1 = a3. This is (K1); equations (K…) are those of docs/explanation/kinetic.md.
 
     dx/dt = ν [(1 - x) w13 - x w31],   w13 = (y3 - y2)² e^(-n_c ΔE21/kT),   w31 = y2² e^(-n_c ΔE23/kT)
 
 Domains differ in the middle and in the width of their loop, and in how warm their part of the strip is: the clamp cools
 its end, which grows while the strip is warm. Those of one width and one place turn one after the other, nematic above
-a *front* p of their T_c and isotropic below it, and the equation of x becomes one of the front (docs/kinetic.md), with
-the slopes of the barriers at T_c. Where u = T - p > 0,
+a *front* p of their T_c and isotropic below it, and the equation of x becomes one of the front
+(docs/explanation/kinetic.md), with the slopes of the barriers at T_c. Where u = T - p > 0,
 
     dp/dt = κ w (1 - e^(-u/κ)),   w = e^((u - h)/κ + γ) per second,   κ = 2 (T1 - T*)/(27 ε)        (K4), (K6)
 
@@ -138,9 +138,9 @@ def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
 def _move(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: Floats, dt: float, kappa: float) -> None:
     """Move the fronts p while their temperatures T go straight by ``change`` to ``here``; all in K above ``t_ref``.
 
-    (K9) of docs/kinetic.md: p moves by σ κ_σ ln(e^(-w0 dt) + w0 dt e^v (1 - e^-a)/a). ``delay`` is h/κ - γ, and
-    ``at_rest`` is w0 = e^-delay [1/s]. A step in which T crosses p counts for the side on which it ends. There are no
-    branches in the loop, so that the compiler moves several fronts at once.
+    (K9) of docs/explanation/kinetic.md: p moves by σ κ_σ ln(e^(-w0 dt) + w0 dt e^v (1 - e^-a)/a). ``delay`` is h/κ - γ,
+    and ``at_rest`` is w0 = e^-delay [1/s]. A step in which T crosses p counts for the side on which it ends. There are
+    no branches in the loop, so that the compiler moves several fronts at once.
     """
     per_kappa = 1.0 / kappa
     for i in range(FRONTS):

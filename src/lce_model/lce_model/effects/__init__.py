@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Final
 
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 from lce_data.files import read_at_most
 from lce_model.terms import Parameter, Term
 from lce_model.trust import MOST_BYTES, UntrustedEffect, is_trusted
@@ -65,7 +65,9 @@ class Effect(Term):
         names = [p.name for p in self.parameters]
         for name in (self.strength, *(key for key, _ in self.grid), *self.in_durations):
             if name not in names:
-                raise LceError(f"effect {self.name}: no parameter {name!r}; it has {', '.join(names)}")
+                raise LceError(
+                    f"effect {self.name}: no parameter {name!r}{did_you_mean(name, names)}; it has {', '.join(names)}"
+                )
         strength = self.parameter(self.strength)
         if strength.default != self.null:
             raise LceError(
@@ -101,7 +103,9 @@ class Effect(Term):
         names = [p.name for p in self.parameters]
         for name in bounds:
             if name not in names:
-                raise LceError(f"effect {self.name}: no parameter {name!r}; it has {', '.join(names)}")
+                raise LceError(
+                    f"effect {self.name}: no parameter {name!r}{did_you_mean(name, names)}; it has {', '.join(names)}"
+                )
         parameters = tuple(p.bounded(*bounds[p.name]) if p.name in bounds else p for p in self.parameters)
         return replace(self, parameters=parameters)
 
@@ -143,7 +147,10 @@ def find(name: str) -> Effect:
     if name.endswith(".py"):
         return _from_file(Path(name).resolve())
     if name not in library():
-        raise LceError(f"unknown effect {name!r}; known: {', '.join(library())}, or a file of yours, ./my_effect.py")
+        raise LceError(
+            f"unknown effect {name!r}{did_you_mean(name, library())}; known: {', '.join(library())}, or a file of "
+            "yours, ./my_effect.py"
+        )
     return library()[name]
 
 
