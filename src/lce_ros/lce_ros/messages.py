@@ -8,7 +8,8 @@ from typing import Any, Final
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
-from lce_data.channels import Channel
+from lce_data.channels import NUMBER, STAMPED_NUMBER, Channel
+from lce_interfaces.msg import Float64Stamped
 from lce_ros.conversions import from_stamp, to_stamp
 
 FRAME_ID: Final = "strip"
@@ -37,11 +38,24 @@ def _temperature(value: float, t_s: float, variance: float) -> Temperature:
     return message
 
 
+def stamped_number(value: float, t_s: float) -> Float64Stamped:
+    """The message of a number that belongs to the time ``t_s`` [s]."""
+    message = Float64Stamped(value=value)
+    message.header.stamp = to_stamp(t_s)
+    message.header.frame_id = FRAME_ID
+    return message
+
+
 KINDS: Final = {
-    "std_msgs/msg/Float64": MessageKind(
+    NUMBER: MessageKind(
         Float64,
         lambda value, t_s, variance: Float64(data=value),
         lambda message: (message.data, None),
+    ),
+    STAMPED_NUMBER: MessageKind(
+        Float64Stamped,
+        lambda value, t_s, variance: stamped_number(value, t_s),
+        lambda message: (message.value, from_stamp(message.header.stamp)),
     ),
     "sensor_msgs/msg/Temperature": MessageKind(
         Temperature,

@@ -2,13 +2,15 @@
 """The base of every node, and the one way in and out of a node's process."""
 
 import gc
+import re
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, ClassVar, Final
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -22,11 +24,14 @@ from rclpy.utilities import try_shutdown
 
 from lce_data.errors import LceError
 from lce_data.topics import DIAGNOSTICS
-from lce_ros.health import Health, Level
+from lce_ros.health import STARTED, Health, Level, node_of
 from lce_ros.parameters import Rule
 from lce_ros.parent import when_parent_ends
-from lce_ros.qos import LATCHED, STREAM
+from lce_ros.qos import LATCHED, LATCHED_LISTENERS, STREAM
+from lce_ros.repeats import Repeats
 from lce_ros.signals import stop_signals
+
+USE_SIM_TIME: Final = "use_sim_time"
 
 
 class NodeFault(RuntimeError):
@@ -60,7 +65,10 @@ class LceNode(Node):
         old messages wait in the queue: they are as old as this says. Simulated time stands still while a message is
         under way, there it is the present.
     sent_number : number of that message among those of its publisher, from 1; None if the middleware counts none.
+    reports_on : what the node reports on in /diagnostics: its status is named "/lce/laser: output".
     """
+
+    reports_on: ClassVar[str] = "state"
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
@@ -70,7 +78,8 @@ class LceNode(Node):
         self.tick_s = self.sent_s = 0.0
         self.sent_number: int | None = None
         self._rules: dict[str, Rule] = {}
-        self._health = Health(self.get_fully_qualified_name())
+        self._health = Health(self.get_fully_qualified_name(), self.reports_on)
+        self._told = (Level.OK, STARTED)
         self.add_on_set_parameters_callback(self._check)
         self._diagnostics = self.advertise(DiagnosticArray, DIAGNOSTICS)
         self.every(1.0, self._publish_health)
@@ -78,7 +87,7 @@ class LceNode(Node):
     @property
     def on_sim_time(self) -> bool:
         """Whether the node's clock is simulated time."""
-        return bool(self.value("use_sim_time"))
+        return bool(self.value(USE_SIM_TIME))
 
     def now_s(self) -> float:
         """Time [s] of the node's clock."""
@@ -112,17 +121,30 @@ class LceNode(Node):
     def listen(
         self, msg_type: Any, topic: str, callback: Callable[[Any], None], *, latched: bool = False
     ) -> Subscription:
-        """Call back with each message of ``topic``."""
+        """Call back with each message of ``topic``.
+
+        ``latched`` also brings the last message from before, if its publisher is latched. Publishers that are not are
+        heard just as well. The subscription returned is one that matches both.
+        """
         name = self.resolve_topic_name(topic)
         self.received.setdefault(name, 0)
+        repeats = Repeats()
 
         def receive(message: Any, info: dict[str, Any]) -> None:
+            if latched and repeats.has(info["source_timestamp"]):
+                return
             self.sent_s = self.now_s() if self.on_sim_time else info["source_timestamp"] * 1e-9
             self.sent_number = info["publication_sequence_number"]
             callback(message)
             self.received[name] += 1
 
-        return self.create_subscription(msg_type, topic, receive, LATCHED if latched else STREAM)
+        if not latched:
+            return self.create_subscription(msg_type, topic, receive, STREAM)
+        # The first of the two warns of every publisher that is not latched, which the second one hears.
+        quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
+        return [
+            self.create_subscription(msg_type, topic, receive, qos, event_callbacks=quiet) for qos in LATCHED_LISTENERS
+        ][-1]
 
     def listen_for_errors(self, name: str, callback: Callable[[str], None]) -> None:
         """Call back with each error that the node ``name`` of this namespace reports in /diagnostics."""
@@ -130,7 +152,7 @@ class LceNode(Node):
 
         def look(message: DiagnosticArray) -> None:
             for status in message.status:
-                if status.name == full_name and status.level == DiagnosticStatus.ERROR:
+                if node_of(status.name) == full_name and status.level == DiagnosticStatus.ERROR:
                     callback(status.message)
 
         self.listen(DiagnosticArray, DIAGNOSTICS, look)
@@ -188,9 +210,35 @@ class LceNode(Node):
         """Present value of a declared parameter."""
         return self.get_parameter(name).value
 
+    @property
+    def hardware_id(self) -> str:
+        """Which device the node speaks to, for /diagnostics; "none" without a device."""
+        return self._health.hardware_id
+
+    @hardware_id.setter
+    def hardware_id(self, name: str) -> None:
+        self._health.hardware_id = name
+
     def report(self, level: Level, message: str, **values: Any) -> None:
-        """State the node's present condition and values; /diagnostics reports the worst of every second."""
+        """State the node's present condition and values; /diagnostics reports the worst of every second.
+
+        The log gets a line: at once for a condition worse than the last one logged, else at the end of the second.
+        """
         self._health.report(level, message, **values)
+        if level > self._told[0]:
+            self.tell(level, message)
+
+    def tell(self, level: Level, message: str) -> None:
+        """Log a condition, unless it is the one that was logged last; other numbers make no other condition."""
+        told, self._told = self._told, (level, re.sub(r"\d+", "", message))
+        if told == self._told:
+            return
+        if level is Level.ERROR:
+            self.get_logger().error(message)
+        elif level is Level.WARN:
+            self.get_logger().warning(message)
+        else:
+            self.get_logger().info(message)
 
     def close(self) -> None:
         """Put what the node drives into its safe state. ``run`` calls it however the node ends; to be overridden."""
@@ -198,9 +246,13 @@ class LceNode(Node):
     def _publish_health(self) -> None:
         self._health.values["missed_ticks"] = self.missed_ticks
         self._diagnostics.publish(self._health.message(self.tick_s))
+        self.tell(*self._health.present)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
+            if parameter.name == USE_SIM_TIME and parameter.value != self.on_sim_time:
+                reason = f"{USE_SIM_TIME} is chosen when the node starts: its timers and its stamps would leap"
+                return SetParametersResult(successful=False, reason=reason)
             rule = self._rules.get(parameter.name)
             now = self.value(parameter.name) if self.has_parameter(parameter.name) else None
             if rule is not None and (refusal := rule.refusal(parameter.value, now)) is not None:
@@ -214,7 +266,8 @@ def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> in
     That is a stop signal, the end of the parent process (lce_ros.parent), a shutdown of ROS or an exception. ``close``
     is called on every one of these ways out, with ROS still up so that it can publish a last word.
     A ValueError of the factory (a parameter outside its range, a model file that cannot be read), a NodeFault and an
-    LceError at any time are one line on stderr and status 1; any other exception keeps its traceback.
+    LceError at any time are one line on stderr and status 1; any other exception keeps its traceback. A stop signal
+    during the factory waits for its end, except in what is `lce_ros.signals.interruptible`.
     """
     stop = Future()
 
@@ -231,6 +284,8 @@ def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> in
         except (NodeFault, LceError) as fault:
             print(fault, file=sys.stderr)
             return 1
+        except KeyboardInterrupt:
+            pass
         finally:
             try_shutdown()
     return 0

@@ -5,7 +5,9 @@ STREAM, for every command and measurement: reliable, because a lost 100 Hz sampl
 nothing here is large; ten deep, 100 ms of a 100 Hz stream, so that a short stall loses nothing and a long one
 does not deliver old commands; volatile, because an old sample is worthless to a node that starts.
 
-LATCHED, for a value that holds until it is changed (target_displacement): transient local, one deep.
+LATCHED, for a value that holds until it is changed (target_displacement): transient local, one deep. Who listens to it
+subscribes twice, with each of LATCHED_LISTENERS: DDS matches a transient-local subscriber with no volatile publisher,
+as ``ros2 topic pub`` is by default, and gives a volatile subscriber no message from before its time.
 
 No deadline, lifespan or liveliness: a subscriber that asks for one receives nothing from a publisher that offers none
 (``ros2 topic pub``, ``ros2 bag play``, Foxglove), their clocks know nothing of simulated time, and deadline events
@@ -30,6 +32,8 @@ def _reliable(depth: int, durability: DurabilityPolicy) -> QoSProfile:
 
 STREAM: Final = _reliable(10, DurabilityPolicy.VOLATILE)
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED_LISTENERS: Final = (LATCHED, _reliable(1, DurabilityPolicy.VOLATILE))
+"""The first receives what was published before it, the second matches every publisher."""
 
 
 def deeper(depth: int) -> QoSProfile:

@@ -1,21 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from lce_ros.health import Level
 from lce_ros.node import LceNode
+from lce_ros.qos import deeper
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
 
 
 class Example(LceNode):
+    reports_on = "gain"
+
     def __init__(self, **options: Any) -> None:
         super().__init__("example", **options)
         self.declare("gain", 1.0, "a gain", unit="W", lower=0.0, upper=2.0)
@@ -57,6 +62,7 @@ def test_ticks_follow_simulated_time(graph: Graph) -> None:
         ("mode", "c", ("'c'", "a, b")),
         ("free", math.nan, ("nan",)),
         ("fixed", 2.0, ("read-only", "fixed")),
+        ("use_sim_time", True, ("use_sim_time", "start")),
         ("gain", "big", ("DOUBLE", "STRING")),
     ],
 )
@@ -70,6 +76,15 @@ def test_a_live_change_out_of_range_is_refused_with_value_and_range(
     for word in words:
         assert word in result.reason
     assert node.value(name) == before
+
+
+def test_a_live_change_of_use_sim_time_leaves_the_clock_alone(graph: Graph) -> None:
+    node = graph.add(Example)
+    node.every(0.01, lambda: node.fired.append((node.tick_s, node.now_s())))
+    for result in node.set_parameters([Parameter("use_sim_time", value=value) for value in (True, False)]):
+        assert result.successful == (result.reason == "")
+    assert node.now_s() > 1e9 and not node.on_sim_time
+    graph.until(lambda: len(node.fired) >= 3)
 
 
 @pytest.mark.parametrize(
@@ -118,15 +133,36 @@ def test_a_latched_topic_reaches_who_comes_later(graph: Graph) -> None:
     graph.until(lambda: received == [1.5])
 
 
+@pytest.mark.parametrize("latched", [True, False])
+def test_who_listens_to_a_latched_topic_hears_each_message_of_any_publisher_once(graph: Graph, latched: bool) -> None:
+    node = graph.add(Example)
+    said: list[Log] = []
+    graph.probe("reader").create_subscription(Log, "/rosout", said.append, deeper(100))
+    graph.connect()
+    received: list[float] = []
+    both = node.listen(Float64, "target", lambda m: received.append(m.data), latched=True)
+    publisher = graph.probe().advertise(Float64, "target", latched=latched)
+    graph.until(lambda: publisher.get_subscription_count() == 1 + latched and both.get_publisher_count() == 1)
+    for value in (1.0, 2.0, 3.0):
+        publisher.publish(Float64(data=value))
+        graph.until(partial(received.__contains__, value))
+    graph.spin_for(0.1)
+    assert received == [1.0, 2.0, 3.0]
+    assert node.received["/lce/target"] == 3
+    assert not any(line.name == "lce.example" and "incompatible" in line.msg for line in said)
+
+
 def test_a_fault_of_one_tick_is_seen_once_on_diagnostics(graph: Graph) -> None:
     node = graph.add(Example, sim_time=True)
     probe = graph.probe(sim_time=True)
     received = graph.collect(DiagnosticArray, "/diagnostics", probe)
     graph.until(lambda: node.count_subscribers("/diagnostics") == 1)
+    node.hardware_id = "example 7"
     node.report(Level.ERROR, "broken", power_w=0.25)
     node.report(Level.OK, "well again")
     graph.lockstep(205)
-    own = [m.status[0] for m in received.messages if m.status[0].name == "/lce/example"]
+    own = [m.status[0] for m in received.messages if m.status[0].name == "/lce/example: gain"]
+    assert {s.hardware_id for s in own} == {"example 7"}
     assert [(s.level[0], s.message) for s in own] == [(2, "broken"), (0, "well again")]
     assert {v.key: v.value for v in own[0].values} == {"power_w": "0.25", "missed_ticks": "0"}
 
@@ -139,3 +175,17 @@ def test_ticks_that_were_left_out_are_counted(graph: Graph) -> None:
     graph.lockstep(1)
     assert np.allclose([nominal for nominal, _ in node.fired], [0.01, 0.02, 0.03, 0.04, 0.05, 0.09, 0.1])
     assert node.missed_ticks == 3
+
+
+def test_the_log_tells_a_condition_once_until_it_is_another_one(graph: Graph) -> None:
+    node = graph.add(Example, sim_time=True)
+    probe = graph.probe(sim_time=True)
+    told = graph.collect(Log, "/rosout", probe)
+    graph.until(lambda: node.count_subscribers("/rosout") == 1)
+    conditions = [(Level.WARN, f"no reading for {k} s") for k in range(1, 4)] + [(Level.OK, "measuring")] * 2
+    for condition in conditions:
+        node.report(*condition)
+        graph.lockstep(100)
+    graph.until(lambda: len([m for m in told.messages if m.name == "lce.example"]) == 2)
+    own = [(m.level, m.msg) for m in told.messages if m.name == "lce.example"]
+    assert own == [(30, "no reading for 1 s"), (20, "measuring")]

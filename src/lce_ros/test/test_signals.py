@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import os
 import signal
+import sys
 import threading
 
 import pytest
 
-from lce_ros.signals import STOP_SIGNALS, stop_signals
+from lce_ros.signals import STOP_SIGNALS, interruptible, stop_signals
 
 
 @pytest.mark.parametrize("number", STOP_SIGNALS)
@@ -31,3 +32,33 @@ def test_an_ignored_hang_up_stays_ignored() -> None:
             assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+@pytest.fixture
+def unraisable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An interrupt silences destructors for the rest of its process, here for the rest of the test."""
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
+
+
+@pytest.mark.usefixtures("unraisable")
+def test_a_stop_signal_ends_what_is_interruptible_at_once() -> None:
+    called = threading.Event()
+    with stop_signals(called.set):
+        with pytest.raises(KeyboardInterrupt), interruptible():
+            signal.raise_signal(signal.SIGTERM)
+        assert called.wait(2.0)
+
+
+def test_a_stop_signal_that_came_before_counts() -> None:
+    called = threading.Event()
+    with stop_signals(called.set):
+        os.kill(os.getpid(), signal.SIGINT)
+        assert called.wait(2.0)
+        with pytest.raises(KeyboardInterrupt), interruptible():
+            pytest.fail("began")
+
+
+def test_nothing_is_interruptible_where_nobody_handles_the_signals() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with interruptible():
+        assert signal.getsignal(signal.SIGINT) is before
