@@ -158,8 +158,14 @@ class DiagnoseOptions:
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
         measured temperature has to drive the deformation, it must do both.
-    bent : the temperature may be explained worse, by this share, together with the displacement than alone.
+    bent : the temperature may be explained worse, by this share, together with the displacement than alone. Where the
+        heat alone leaves it beyond ``near`` times its noise, the two are not fitted together.
     explained : a sensor whose RMS error is within so many times its noise is explained.
+    compared_from, other_begins, other_base : where the RMS error of the displacement is beyond ``compared_from`` times
+        its noise, the other base models are identified. The best of them is searched for effects if without any it
+        leaves at most ``other_begins`` times the squared error of the present one: what is missing may look like the
+        wrong form. If in the end it leaves at most the share ``other_base`` of what is above the noise, no effect of
+        the deformation is named beside the present one.
     alias_correlation : |ρ| from which two effects look alike.
     alias_evidence : an effect that looks alike and was not refitted joins the set if it promised more than this share.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.
@@ -198,6 +204,9 @@ class DiagnoseOptions:
     near: float = 2.0
     bent: float = 0.2
     explained: float = 1.2
+    compared_from: float = 1.1
+    other_begins: float = 2.0
+    other_base: float = 0.5
     alias_correlation: float = 0.95
     alias_evidence: float = 0.5
     min_likelihood_ratio: float = 20.0
@@ -211,10 +220,12 @@ class DiagnoseOptions:
 
     def __post_init__(self) -> None:
         _check_counts(self, "refitted", "contenders", "max_effects", "iterations", "knots")
-        _check_share(self, "false_alarm", "promise", "worth_share", "most", "nearly_all", "structured", "jumping")
+        _check_share(
+            self, "false_alarm", "promise", "worth_share", "most", "nearly_all", "structured", "jumping", "other_base"
+        )
         _check_share(self, "alias_correlation")
         _check_at_least(self, 0.0, "worth_noise", "worse", "alike", "bent", "min_visibility", "alias_evidence")
-        _check_at_least(self, 1.0, "min_likelihood_ratio", "near", "explained")
+        _check_at_least(self, 1.0, "min_likelihood_ratio", "near", "explained", "compared_from", "other_begins")
         _check_positive(self, "agreement", "jump_size")
 
 

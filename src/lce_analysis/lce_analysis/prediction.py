@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_smoothing_spline
 
 from lce_analysis.inputs import acting, check_inputs, without_noise
 from lce_analysis.options import Drive, FitOptions
+from lce_analysis.smoothing_spline import smoothing_spline
 from lce_data.channels import AMBIENT, SENSORS, TEMPERATURE, Channel
 from lce_data.errors import LceError
 from lce_data.noise import noise_floor
@@ -227,10 +227,7 @@ def smoothed(series: Series, around: Floats | None = None) -> Floats:
     knows of (the laser switched on or off) stay corners.
     """
     base = np.zeros_like(series.value) if around is None else around
-    difference = series.value - base
-    if series.value.size < 8:
-        return series.value
-    return np.asarray(base + make_smoothing_spline(series.time_s, difference)(series.time_s))
+    return base + smoothing_spline(series.time_s, series.value - base)
 
 
 def measured_drive(run_input: SimulationInput, model: Model, start_k: float) -> SimulationInput:

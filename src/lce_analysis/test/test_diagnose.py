@@ -24,7 +24,7 @@ WAVES = {
 }
 KEYS = {
     "verdict", "added", "steps", "candidates", "traces", "error", "error_over_noise", "noise_floor", "discrepancy",
-    "varies", "signatures", "fingerprint", "seconds",
+    "varies", "signatures", "fingerprint", "other_base", "seconds",
 }  # fmt: skip
 CANDIDATE_KEYS = {
     "effect", "stage", "standing", "reason", "evidence", "p_value", "visibility", "expected_strength", "predicted_fall",

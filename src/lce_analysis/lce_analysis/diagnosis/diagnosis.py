@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
-from lce_analysis.diagnosis.disturbed import lives_on
+from lce_analysis.diagnosis.disturbed import signatures_left
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
+from lce_analysis.diagnosis.other_base import OtherBase, better_base
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import Part, StagedFit
@@ -20,11 +21,11 @@ from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.words import in_words
 from lce_analysis.identification.at_bounds import AtBound, at_bounds
+from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import predict
-from lce_analysis.signatures import ResidualSeries, Signature, residual_series
-from lce_analysis.signatures import signatures as find_signatures
+from lce_analysis.signatures import Signature
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.noise import sensor_noise
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -63,7 +64,7 @@ class Diagnosis:
         (something is left that no effect of the library explains) or "cannot_tell".
     given, before, model : as given, refitted to the runs without any addition, and with what was accepted.
     at_fault : the part of the model that left a sensor unexplained before anything was added; None if none did.
-    bent : would the deformation have bent the temperature, had both been fitted together in the end?
+    bent : was the heat fitted alone in the end, because the deformation would have bent it, or it fails by itself?
     drive : what drove the deformation when it was judged.
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.
@@ -73,6 +74,7 @@ class Diagnosis:
     rest : what the residual still depends on, strongest first.
     signatures : what the residual of the final model shows, strongest first.
     fingerprint : what is left, in words; empty if it is noise.
+    other_base : a base model that explains the displacement better, with what it lacks; None if none was found.
     train, test : the errors of the three models.
     noise : RMS noise [SI] of each sensor.
     discrepancy : RMS [SI] of what the final model leaves beyond the noise of each sensor.
@@ -94,6 +96,7 @@ class Diagnosis:
     rest: tuple[Dependence, ...]
     signatures: tuple[Signature, ...]
     fingerprint: str
+    other_base: OtherBase | None
     train: ErrorTable
     test: ErrorTable
     noise: Mapping[Channel, float]
@@ -141,6 +144,7 @@ class Diagnosis:
             "varies": {key: _by_run_json(variation) for key, variation in self.model.varies.items()},
             "signatures": [one.as_json() for one in self.signatures],
             "fingerprint": self.fingerprint,
+            "other_base": None if self.other_base is None else self.other_base.as_json(),
             "seconds": self.seconds,
         }
 
@@ -249,7 +253,8 @@ def diagnose(
     missing = [e for e in missing if e.name not in not_examined]
     search = Search(model, runs, test_runs, missing, options, watched(progress, cancel))
     search.run()
-    signatures = looked_for(search)
+    other_base = compared_bases(search)
+    signatures = signatures_left(search)
     rest, fingerprint = left_over(search.present, signatures, options)
     models = columns(search, model)
     verdict = _verdict(search)
@@ -271,6 +276,7 @@ def diagnose(
         rest=rest,
         signatures=signatures,
         fingerprint=fingerprint if verdict == "unexplained" else "",
+        other_base=other_base,
         train=train,
         test=error_table(search, models, search.tests),
         noise=noise,
@@ -286,20 +292,13 @@ def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run])
     return EVENT if effect.in_durations and len(runs) > 1 else lacks(effect, [*runs, *test_runs])
 
 
-def looked_for(search: Search) -> tuple[Signature, ...]:
-    """The signatures of the final residual, once every effect that lives on a disturbance is taken back.
-
-    They are looked for in the residual before each effect first: what is added later must not hide a draught.
-    """
-
-    def beside(fit: StagedFit) -> tuple[ResidualSeries, ...]:
-        return residual_series(search.whole(fit.model), search.data.judged.runs, search.present.drive)
-
-    for step in reversed(search.steps):
-        before, after = beside(step.without), beside(step.with_it)
-        if lives_on(step.trial.effect.name, find_signatures(before), before, after, search.options):
-            search.take_back(step, "disturbed")
-    return find_signatures(beside(search.present))
+def compared_bases(search: Search) -> OtherBase | None:
+    """A base model that does better; then the effects of the deformation beside the present one are taken back."""
+    found = better_base(search)
+    for step in reversed(search.steps) if found is not None else ():
+        if not acts_on_temperature(step.trial.effect):
+            search.take_back(step, "base")
+    return found
 
 
 def _verdict(search: Search) -> Verdict:

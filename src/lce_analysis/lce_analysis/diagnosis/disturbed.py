@@ -6,17 +6,23 @@ own, that sine is taken out of every run. An effect that loses most of its gain 
 strip. The effect of the library that *is* the end of a sensor's range may keep it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.options import DiagnoseOptions
-from lce_analysis.signatures import ResidualSeries, Signature
+from lce_analysis.signatures import ResidualSeries, Signature, residual_series, signatures
 from lce_analysis.signatures.outliers import far_out
 from lce_analysis.signatures.signature import DISTURBANCES, OF_SENSOR
 from lce_data.channels import Channel
+
+if TYPE_CHECKING:
+    from lce_analysis.diagnosis.search import Search
+    from lce_analysis.diagnosis.stage_problem import StagedFit
 
 Floats = NDArray[np.float64]
 Series = Sequence[ResidualSeries]
@@ -54,6 +60,22 @@ def lives_on(
     without = [_without(one, before) for one in own]
     gain = _gain(before, after, [])
     return gain > 0.0 and _gain(before, after, without) < (1.0 - options.most) * gain
+
+
+def signatures_left(search: Search) -> tuple[Signature, ...]:
+    """The signatures of the final residual, once every effect that lives on a disturbance is taken back.
+
+    They are looked for in the residual before each effect first: what is added later must not hide a draught.
+    """
+
+    def beside(fit: StagedFit) -> tuple[ResidualSeries, ...]:
+        return residual_series(search.whole(fit.model), search.data.judged.runs, search.present.drive)
+
+    for step in reversed(search.steps):
+        before, after = beside(step.without), beside(step.with_it)
+        if lives_on(step.trial.effect.name, signatures(before), before, after, search.options):
+            search.take_back(step, "disturbed")
+    return signatures(beside(search.present))
 
 
 Change = tuple[Channel, Callable[[ResidualSeries, Floats], Floats]]

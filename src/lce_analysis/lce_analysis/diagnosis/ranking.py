@@ -19,14 +19,15 @@ Standing = Literal["missing", "trace", "rejected", "not tried"]
 REASON: Final[Mapping[Objection, str]] = {
     "": "nothing speaks against it, but another effect explains more",
     "less": "others explain more",
-    "part": "it removes a part of the error, and leaves more than it explains",
+    "part": "it removes a part of the error; too much above the noise is left to name it",
     "null": "refitted, its strength stays at zero or the error does not fall",
     "chance": "the error falls no more than chance would let it",
     "masked": "the free parameters of the model can do the same",
     "worse": "an error rises, on data left out or of another sensor",
     "small": "it removes too little of the error on data left out",
-    "varies": "every run wants another strength of it",
+    "varies": "the runs one by one do not bear out this strength",
     "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
+    "base": "another base model explains more without it",
 }
 TRACES: Final = frozenset[Objection]({"small", "part"})
 

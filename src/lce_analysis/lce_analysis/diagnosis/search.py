@@ -28,7 +28,7 @@ from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.random_effects import with_run_errors
-from lce_analysis.options import DiagnoseOptions, Drive
+from lce_analysis.options import DiagnoseOptions, Drive, FitOptions
 from lce_analysis.prediction import simulation_input, with_ambient_at_rest
 from lce_data.channels import SENSORS, TEMPERATURE
 from lce_data.errors import LceError
@@ -341,9 +341,10 @@ class Search:
         return anew, replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))
 
     def _identified_anew(self, present: StagedFit) -> StagedFit | None:
-        """The model identified from scratch; None if that explains no more."""
+        """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
         runs = [run_input.run for run_input in self.coarse.inputs]
-        anew = self._refitted(identify(present.model, runs, progress=self.progress).model)
+        found = identify(present.model, runs, FitOptions(drive=present.drive), self.progress)
+        anew = self._refitted(found.model)
         return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
 
     def _between(
@@ -377,11 +378,14 @@ def _without_variation(model: Model, key: str) -> Model:
 def _explains(last: Accepted, before: Misfit, after: Misfit, options: DiagnoseOptions) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
-    If not, it stands in for something else, that the library or the base model lacks. Where the heat is not explained,
-    and the measured temperature drives the deformation, the effect has to bring the displacement near its noise.
+    If not, it stands in for something else, that the library or the base model lacks. A sensor that was at its noise
+    before does not count: a joint refit moves the temperature a little, whatever the effect. Where the heat is not
+    explained, and the measured temperature drives the deformation, the effect has to bring the displacement near its
+    noise.
     """
     driven = last.trial.stage.drive == "measured"
-    for channel in (c for c in last.trial.stage.channels if c in before.total):
+    channels = (c for c in last.trial.stage.channels if c in before.total)
+    for channel in (c for c in channels if before.above_noise(c) > options.worth_noise):
         fall = before.mean_square(channel) - after.mean_square(channel)
         close = after.mean_square(channel) <= options.near**2
         needed = options.most if close and not driven else options.nearly_all

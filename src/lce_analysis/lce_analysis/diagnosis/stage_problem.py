@@ -3,8 +3,8 @@
 
 The heat is judged first, on the measured temperature alone. Then the displacement: together with the temperature, all
 parameters free, as long as this leaves the temperature as the heat alone explains it. Where the deformation would bend
-it, the thermal parameters stay as the heat alone has them; where not even the heat explains the temperature, the
-measured one, smoothed, drives the deformation.
+it, or the temperature is far from explained, the thermal parameters stay as the heat alone has them; where not even the
+heat explains the temperature, the measured one, smoothed, drives the deformation.
 """
 
 import math
@@ -62,7 +62,7 @@ class StagedFit:
     model : without any candidate.
     heat : judged on the temperature alone, once more with the whole model where a candidate acts back on it.
     deformation : judged on the displacement, or on both; None where none was measured.
-    bent : would the deformation have bent the temperature, had both been fitted together?
+    bent : was the heat fitted alone, because the deformation would have bent it, or it fails by itself?
     """
 
     model: Model
@@ -117,7 +117,7 @@ class Data:
         return replace(self, inputs=tuple(coarse(run_input) for run_input in self.inputs))
 
     def observed(self, channels: Sequence[Channel]) -> tuple[ObservedSeries, ...]:
-        """The measured series of some channels, each in units of its noise; a temperature that drives is none."""
+        """The measured series of some channels, each in units of its noise; without a temperature that drives."""
         return tuple(
             ObservedSeries(i, c, run_input.sampling[c], series.value, 1.0 / self.judged.noise[i][c])
             for i, run_input in enumerate(self.inputs)
@@ -164,11 +164,17 @@ def refit_stages(
         model, starts = carried(model, fitted.model), fitted.split(fitted.first())[1]
     if not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
         return StagedFit(model, heat, None, False)
-    both = _both(model, data, starts, candidates, options, progress)
-    if not heat or not _bends(heat[0].fit, both.fit, options):
-        return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
+    if not heat or not _fails(heat[0].fit, options):
+        both = _both(model, data, starts, candidates, options, progress)
+        if not heat or not _bends(heat[0].fit, both.fit, options):
+            return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
     alone = _deformation(model, data, starts, candidates, heat[0].fit, options, progress)
     return StagedFit(carried(model, alone.fit.problem.model), heat, alone, True)
+
+
+def _fails(heat: LinearizedFit, options: DiagnoseOptions) -> bool:
+    """Is the temperature far from explained? Then nothing of the heat is fitted once more beside the displacement."""
+    return heat.mean_squares[TEMPERATURE] > options.near**2
 
 
 def _bends(heat: LinearizedFit, both: LinearizedFit, options: DiagnoseOptions) -> bool:
@@ -212,16 +218,7 @@ def _both(
     problem = Problem(whole, data.inputs, _free(whole, model), starts, observed, *conditions)
     fit = _refit_between_jumps(problem, "both stages", options, progress)
     part: Part = "both" if any(s.channel is TEMPERATURE for s in observed) else "deformation"
-    own = [c for c in candidates if not acts_on_temperature(c)] if heat_fails(fit, options) else candidates
-    return StageProblem(part, fit, tuple(own), "model")
-
-
-def heat_fails(fit: LinearizedFit, options: DiagnoseOptions) -> bool:
-    """Is the temperature, which the heat was judged on alone, far from explained?
-
-    Then nothing of the heat is tried once more beside the displacement: it was tried, and was not enough.
-    """
-    return fit.mean_squares.get(TEMPERATURE, 0.0) > options.near**2
+    return StageProblem(part, fit, tuple(candidates), "model")
 
 
 def _deformation(

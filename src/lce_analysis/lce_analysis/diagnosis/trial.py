@@ -20,7 +20,7 @@ from lce_analysis.options import DiagnoseOptions
 from lce_model.effects import Effect
 
 Floats = NDArray[np.float64]
-Objection = Literal["", "null", "chance", "masked", "worse", "small", "varies", "less", "part", "disturbed"]
+Objection = Literal["", "null", "chance", "masked", "worse", "small", "varies", "less", "part", "disturbed", "base"]
 
 LONGEST_FIRST_STEP: Final = 0.3
 """Longest first step of a search variable, a tenth of its bounds. It and the lengths change how long a refit takes."""
@@ -141,7 +141,7 @@ def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions)
 
 
 def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, options: DiagnoseOptions) -> bool:
-    """Does the error of a sensor of the stage rise by more than the share allowed?
+    """Does the error of a sensor of the stage rise by more than the share allowed, beyond the noise?
 
     A sensor of another stage may rise by as much as it may be bent; what lies behind the heat, whose temperature an
     effect of the heat corrects, also by half of what the temperature gains.
@@ -152,7 +152,7 @@ def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, op
         scale = max(before.mean_square(channel), NOISE)
         paid = 0.5 * most if stage.part == "heat" else 0.0
         limit = allowed * scale if channel in stage.channels else max(options.bent * scale, paid)
-        if -fall > limit:
+        if after.mean_square(channel) > NOISE and -fall > limit:
             return True
     return False
 

@@ -19,12 +19,11 @@ from scipy.stats import chi2
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, mean_squares, refit, samples
 from lce_analysis.diagnosis.misfit import NOISE, reduction_of
-from lce_analysis.diagnosis.stage_problem import StageProblem, heat_fails
+from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, start_conditions
 from lce_analysis.identification.random_effects import gain_by_run, heterogeneity, may_vary, rest_by_run
-from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import AMBIENT_KEY, with_ambient_at_rest
 from lce_data.progress import Progress
@@ -83,9 +82,6 @@ def _promising(stage: StageProblem, options: DiagnoseOptions) -> list[tuple[str,
     """The few parameters that promise most, and what; each has to promise what would be worth having."""
     problem = stage.fit.problem
     keys = may_vary(problem)
-    if stage.part == "both" and heat_fails(stage.fit, options):
-        own = {term.name for term in problem.model.terms if not acts_on_temperature(term)}
-        keys = tuple(key for key in keys if key.partition(".")[0] in own)
     if len(problem.inputs) < 2 or not (problem.varying or _explain_together(stage, keys, options)):
         return []
     counts = samples(problem.observed).values()

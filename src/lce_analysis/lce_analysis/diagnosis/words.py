@@ -12,13 +12,16 @@ from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.stage_problem import Part
 from lce_analysis.diagnosis.structure import TOLD
 from lce_analysis.signatures.signature import DISCOVER
-from lce_data.channels import Channel
+from lce_data.channels import DISPLACEMENT, Channel
+from lce_data.units import after_number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from lce_analysis.diagnosis.accepted import Step, VariationStep
     from lce_analysis.diagnosis.diagnosis import Diagnosis
+    from lce_analysis.diagnosis.other_base import OtherBase
+    from lce_analysis.diagnosis.ranking import Candidate
     from lce_model import Model
 
 
@@ -28,6 +31,9 @@ PARTS: Final[Mapping[Part, str]] = {
     "both": "the heat (P → T), and perhaps the deformation (T → d) behind it",
 }
 
+DEFAULT_THERMAL: Final = "lumped"
+"""Of `lce fit`."""
+
 
 def in_words(found: Diagnosis) -> Iterator[str]:
     """The verdict, then the stage at fault, what is left, traces, and what the data could not show.
@@ -36,6 +42,8 @@ def in_words(found: Diagnosis) -> Iterator[str]:
     """
     if found.verdict in ("missing", "cannot_tell"):
         yield from (f"Look at this first: {one.words}. To try: {one.advice}." for one in outside(found.signatures))
+    if found.other_base is not None:
+        yield from _other_base(found.other_base, found.before.deformation)
     yield from _verdict(found)
     if found.verdict != "adequate":
         yield from _stage_at_fault(found)
@@ -43,13 +51,49 @@ def in_words(found: Diagnosis) -> Iterator[str]:
         yield f"Beyond the noise of the sensors the model is still wrong by {left} rms."
     for bound in found.at_bounds:
         yield f"At a bound: {bound.sentence}."
-    if found.traces:
-        yield f"Significant, but not worth having: {', '.join(c.effect.name for c in found.traces)}."
+    yield from _traces(found.traces)
     if not found.held_out:
         yield _without_test(found)
     masked = [c.effect.name for c in found.candidates if c.standing != "missing" and not c.score.shown]
     if masked and found.verdict != "unexplained":
         yield f"These data would not show, at any strength within its bounds: {', '.join(masked)}."
+
+
+def _other_base(found: OtherBase, present: str) -> Iterator[str]:
+    """Which base model to begin with, the errors that say so, and the effects that it lacks itself."""
+    other, own = found.other.rms[DISPLACEMENT], found.present.rms[DISPLACEMENT]
+    yield (
+        f"Begin with another base model: on {', '.join(found.runs)} the deformation model "
+        f"{_with(found.deformation, found.added)} leaves {other:.2f} × the noise of the displacement, "
+        f"{_with(present, found.effects)} leaves {own:.2f}. `{_command(found.model)}` identifies it."
+    )
+    for step in found.steps:
+        yield f"Beside {found.deformation}, {_named(step)}."
+
+
+def _command(model: Model) -> str:
+    """What identifies a model, less the runs and the file."""
+    thermal = [] if model.thermal == DEFAULT_THERMAL else [f"--thermal {model.thermal}"]
+    more = [*(f"--effect {effect}" for effect in model.effects), *(f"--varies {key}" for key in model.varies)]
+    return " ".join(["lce fit", *thermal, f"--deformation {model.deformation}", *more])
+
+
+def _with(deformation: str, effects: Sequence[str]) -> str:
+    return f"{deformation} with {', '.join(effects)}" if effects else f"{deformation} alone"
+
+
+def _traces(found: Sequence[Candidate]) -> Iterator[str]:
+    """What explains a part of the error and is left unnamed, then what is too small to matter."""
+    parts = [c.trial for c in found if c.trial is not None and c.trial.objection == "part"]
+    for trial in parts:
+        fall = f" ({changes(trial.held_out.before, trial.held_out.after)})" if trial.held_out else ""
+        yield (
+            f"{trial.effect.name} explains a part of it{fall} and leaves too much to be named: it may stand in for "
+            "something else, or it is there and the base model is wrong as well."
+        )
+    small = [c.effect.name for c in found if c.trial not in parts]
+    if small:
+        yield f"Significant, but too small to matter: {', '.join(small)}."
 
 
 def outcome(held_out: HeldOut, objection: str) -> str:
@@ -76,8 +120,10 @@ def _on(held_out: HeldOut) -> str:
 
 
 def _verdict(found: Diagnosis) -> Iterator[str]:
-    if found.verdict == "unexplained":
-        yield f"Something is missing that the library does not hold: {found.fingerprint}."
+    if found.verdict == "unexplained" and found.other_base is not None:
+        yield f"Beside {found.before.deformation}, {found.fingerprint}."
+    elif found.verdict == "unexplained":
+        yield f"{found.fingerprint[:1].upper()}{found.fingerprint[1:]}."
         advice = dict.fromkeys([*(one.advice for one in found.signatures[:TOLD]), DISCOVER])
         yield from (f"To try: {one}." for one in advice)
     if found.verdict == "adequate":
@@ -99,7 +145,7 @@ def _variation(step: VariationStep, model: Model) -> str:
     """What differs from run to run, between which values, and what data left out say of it."""
     value, by_run = model.values[model.index(step.key)], model.varies[step.key].by_run
     low, high = (choose(by_run, key=lambda name: by_run[name].value) for choose in (min, max))
-    unit = "" if value.unit == "1" else f" {value.unit}"
+    unit = after_number(value.unit)
     return (
         f"{step.key} ({value.parameter.description}) differs from run to run: {by_run[low].value:.4g}{unit} in {low} "
         f"to {by_run[high].value:.4g}{unit} in {high}; {outcome(step.held_out, '')}. "
@@ -108,15 +154,19 @@ def _variation(step: VariationStep, model: Model) -> str:
 
 
 def _step(step: Step) -> Iterator[str]:
-    name, *others = step.alias_set
-    yield f"{name} is missing: {step.trial.effect.meaning}; {outcome(step.held_out, '')}."
+    yield f"{_named(step)}."
     yield (
         f"With it {step.actual_reduction:.0%} of the squared error above the noise goes "
         f"({step.predicted_reduction:.0%} was predicted before the refit)."
     )
     yield from _since(step)
-    if others:
+    if others := step.alias_set[1:]:
         yield f"These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
+
+
+def _named(step: Step) -> str:
+    """What is missing, and what data left out say of it."""
+    return f"{step.added} is missing: {step.trial.effect.meaning}; {outcome(step.held_out, '')}"
 
 
 def _since(step: Step) -> Iterator[str]:
@@ -124,7 +174,7 @@ def _since(step: Step) -> Iterator[str]:
     effect, model = step.trial.effect, step.with_it.model
     for name in effect.in_durations:
         value = model.values[model.index(effect.strength_key)]
-        unit = "" if value.unit == "1" else f" {value.unit}"
+        unit = after_number(value.unit)
         at_s = model[f"{effect.name}.{name}"]
         yield f"From {_clock(at_s)} on, {value.parameter.description} is {value.value:.3g}{unit}."
 

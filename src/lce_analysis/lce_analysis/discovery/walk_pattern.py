@@ -16,7 +16,7 @@ from lce_analysis.discovery.walk_smoother import Smoothed
 Floats = NDArray[np.float64]
 
 LEAST_PERIODS: Final = 4.0
-"""A period that the longest run does not hold so many times is none."""
+"""The longest run must hold a period so many times, or it does not count as one."""
 FINENESS: Final = 4.0
 """Frequencies tried for each one over the duration of the longest run."""
 RIDGE: Final = 1e-9

@@ -14,6 +14,7 @@ from lce_analysis.identification.problem import Problem
 from lce_data.channels import Channel
 from lce_data.errors import LceError
 from lce_data.progress import Progress, silent
+from lce_data.units import after_number
 from lce_model import Value
 
 AT: Final = 1e-3
@@ -59,7 +60,7 @@ class AtBound:
     @property
     def sentence(self) -> str:
         """Which bound it is at, what the data want beyond it, and the option that goes there."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
+        unit = after_number(self.unit)
         told = f"{self.key} is at its {self.side} bound, {self.bound:g}{unit}"
         if self.wanted is None:
             return f"{told}; beyond it the fit gains nothing"

@@ -19,6 +19,7 @@ from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.identification.uncertainty import correlation_time
 from lce_analysis.options import FitOptions
 from lce_data.progress import Progress
+from lce_data.units import after_number
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class Bootstrap:
         if self.draws.size == 0:
             return ()
         return tuple(
-            f"{key} is {best:.4g}{'' if unit == '1' else ' ' + unit}, between {low:.4g} and {high:.4g}"
+            f"{key} is {best:.4g}{after_number(unit)}, between {low:.4g} and {high:.4g}"
             for key, unit, best, low, high in zip(self.keys, self.units, self.best, *self.interval(), strict=True)
         )
 

@@ -14,6 +14,7 @@ from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.identification.identifiability import Identifiability, identifiability
 from lce_analysis.identification.problem import Problem
 from lce_analysis.identification.random_effects import with_run_errors
+from lce_analysis.identification.summary import summary
 from lce_analysis.identification.uncertainty import calibrated
 from lce_analysis.options import Drive, FitOptions
 from lce_analysis.prediction import predict
@@ -61,6 +62,10 @@ class FitResult:
         values = _annotated(problem.model, problem, report)
         record = _record(problem.model, runs, starts_k, options.drive, report, interrupted)
         return cls(problem.model.with_values(values, record), starts_k, report, evaluations, interrupted, problem)
+
+    def summary(self) -> str:
+        """The parameters with their standard errors, what the data leave open, and the error of each run, as text."""
+        return summary(self.model, self.identifiability)
 
 
 def _uncertainty(problem: Problem, options: FitOptions) -> Identifiability:

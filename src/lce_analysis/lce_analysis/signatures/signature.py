@@ -61,7 +61,7 @@ class Signature:
     channel : the sensor.
     value, unit : the number that says most about it, in the unit that files use (°C, m, s).
     covariate : what the residual follows, by its name in ``lce_analysis.covariates``; None for all other kinds.
-    p_value : chance of it where there is none; 0 where a test has no distribution, and its thresholds decide.
+    p_value : chance of seeing it in a residual without it; 0 where thresholds decide.
     share : of the residual's energy in that sensor that it accounts for.
     words : a sentence.
     advice : what to try next, a sentence.

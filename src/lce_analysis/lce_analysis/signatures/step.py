@@ -2,7 +2,7 @@
 """Steps: the residual jumps from one reading to the next and stays there.
 
 Statistic: straight lines through the residual before and after each sample, how far apart they are there, over the
-robust spread of that number in the whole run. Coloured noise and smooth misfit enter the spread. A jump must happen
+robust spread of this distance in the whole run. Coloured noise and smooth misfit enter the spread. A jump must happen
 within two samples, and away from jumps of the laser power and turns of the temperature, where the error of any model is
 largest.
 """
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 MAD_OF_NORMAL: Final = 0.6745
 QUICK: Final = 3
-"""Samples before and after a jump that tell whether it happens at once."""
+"""Samples before and after a jump that show whether it happens at once."""
 AT_ONCE: Final = 0.6
 """Share of a jump that must happen at once."""
 FEWEST: Final = 10

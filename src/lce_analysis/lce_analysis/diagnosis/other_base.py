@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Would another deformation model explain the displacement better?
+
+Effects can mend a base model that has the wrong form, and are named for what is not there. So where the displacement
+is left above its noise, the other physical base models are identified from the same runs, without effects of the
+deformation. The best of them is searched for effects too, and what it leaves in the end is judged on the same data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+from lce_analysis.diagnosis.accepted import Step
+from lce_analysis.diagnosis.disturbed import signatures_left
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
+from lce_analysis.diagnosis.search import Search
+from lce_analysis.diagnosis.stage_problem import StagedFit, carried
+from lce_analysis.identification.identify import fit as identify
+from lce_analysis.identification.stages import acts_on_temperature
+from lce_analysis.options import FitOptions
+from lce_data.channels import DISPLACEMENT
+from lce_data.errors import LceError
+from lce_model import Model, default_model
+from lce_model.effects import find
+
+BASES: Final = ("equilibrium", "dynamic", "kinetic")
+"""The physical deformation models."""
+QUICK: Final = FitOptions(random_guesses=400, starts=4)
+"""Of a fit that is to compare models, not to publish one."""
+
+
+@dataclass(frozen=True)
+class OtherBase:
+    """A deformation model that explains the displacement better.
+
+    model : with what was found missing beside it, refitted.
+    steps : the effects that were found missing beside it, in their order.
+    effects : of the deformation, that the present model had.
+    present, other : errors of the present model and of the other one, each with its effects, on the same runs.
+    runs : their names.
+    """
+
+    model: Model
+    steps: tuple[Step, ...]
+    effects: tuple[str, ...]
+    present: Misfit
+    other: Misfit
+    runs: tuple[str, ...]
+
+    @property
+    def deformation(self) -> str:
+        """Its name."""
+        return self.model.deformation
+
+    @property
+    def added(self) -> list[str]:
+        """Names of the effects that were found missing beside it."""
+        return [step.added for step in self.steps]
+
+    def as_json(self) -> dict[str, Any]:
+        """How to identify it, what is missing beside it, RMS errors of the displacement in units of its noise."""
+        return {
+            "deformation": self.deformation,
+            "effects": list(self.model.effects),
+            "varies": list(self.model.varies),
+            "added": self.added,
+            "displacement": self.other.rms[DISPLACEMENT],
+            "instead_of": self.present.rms[DISPLACEMENT],
+            "runs": list(self.runs),
+        }
+
+
+def better_base(search: Search) -> OtherBase | None:
+    """The best of the other base models; None if the displacement is explained, or none does clearly better."""
+    options, present = search.options, search.present
+    enough = options.compared_from**2
+    if present.mean_squares.get(DISPLACEMENT, 0.0) <= enough or present.drive == "measured":
+        return None
+    own = _before_deformation(search).model
+    others = [model for name in BASES if (model := _identified(name, search)) is not None]
+    errors = [_errors(search, own, model) for model in others]
+    left = [error.judged_after.mean_square(DISPLACEMENT) for error in errors]
+    if not others:
+        return None
+    k = left.index(min(left))
+    best, steps = others[k], list[Step]()
+    if left[k] > options.other_begins * errors[k].judged_before.mean_square(DISPLACEMENT):
+        return None
+    if left[k] > enough:
+        found = _searched(best, search)
+        best, steps = found.present.model, found.steps
+    pair = _errors(search, present.model, best)
+    before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
+    if after >= options.other_base * before:
+        return None
+    names = tuple(run.name for run in _judged(search).runs)
+    return OtherBase(best, tuple(steps), tuple(_names(present.model)), pair.before, pair.after, names)
+
+
+def _before_deformation(search: Search) -> StagedFit:
+    """The present model as it was before an effect of the deformation was added."""
+    found = (step.without for step in search.steps if not acts_on_temperature(step.trial.effect))
+    return next(found, search.present)
+
+
+def _identified(deformation: str, search: Search) -> Model | None:
+    """Another base model behind the present heat; None if it is the same, or these runs cannot identify it."""
+    present = search.present.model
+    if deformation == present.deformation:
+        return None
+    heat = tuple(e for e in present.effects if acts_on_temperature(find(e)))
+    other = carried(default_model(present.thermal, deformation, heat), present)
+    runs = [run_input.run for run_input in search.coarse.inputs]
+    try:
+        found = identify(other, runs, QUICK, search.progress)
+    except LceError:
+        return None
+    if found.interrupted:
+        raise KeyboardInterrupt
+    return found.model if found.model.predicts(DISPLACEMENT) else None
+
+
+def _searched(model: Model, search: Search) -> Search:
+    """The same runs and candidates, searched for what another base model lacks."""
+    left = [effect for effect in search.candidates if effect.reference not in model.effects]
+    found = Search(model, search.data.judged.runs, search.tests.runs, left, search.options, search.progress)
+    found.run()
+    if found.steps:
+        signatures_left(found)  # an effect that lives on a disturbance is taken back
+    return found
+
+
+def _judged(search: Search) -> JudgedRuns:
+    """The runs held out; without any, the runs themselves."""
+    return search.tests if search.tests.runs else search.data.judged
+
+
+def _errors(search: Search, first: Model, second: Model) -> Pair:
+    """Errors of the displacement of two models."""
+    models = search.whole(first), search.whole(second)
+    return _judged(search).pair(*models, search.present.drive, [DISPLACEMENT])
+
+
+def _names(model: Model) -> Iterator[str]:
+    """Names of the effects behind the heat."""
+    for reference, name in zip(model.effects, model.effect_names, strict=True):
+        if not acts_on_temperature(find(reference)):
+            yield name

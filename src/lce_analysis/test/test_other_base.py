@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A base model of the wrong form is not mended by effects if another base model explains the runs better."""
+
+import numpy as np
+import pytest
+
+import lce_analysis as lce
+from lce_analysis.diagnosis.other_base import better_base
+from lce_analysis.diagnosis.search import Search
+from lce_analysis.options import DiagnoseOptions
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
+from lce_data.progress import silent
+from lce_data.run import Run, Series
+from lce_model import Model, simulate
+from lce_model.effects import find
+
+pytestmark = pytest.mark.slow
+
+
+def recorded(strip: Model) -> list[Run]:
+    """Three runs with turns inside the loop."""
+    rng, found = np.random.default_rng(0), []
+    time_s = np.arange(0.0, 80.0, 0.05)
+    for name, powers_w in {"a": [1.6, 0.6, 1.4, 0.0], "b": [0.8, 1.7, 1.0, 0.4], "c": [1.8, 0.3, 1.2, 0.9]}.items():
+        power = np.repeat(powers_w, 400)
+        made = simulate(strip, time_s, power)
+        temperature = Series(time_s, made[TEMPERATURE] + 0.06 * rng.standard_normal(time_s.size))
+        displacement = Series(time_s, made[DISPLACEMENT] + 4e-6 * rng.standard_normal(time_s.size))
+        found.append(Run.of(name, Series(time_s, power), temperature, displacement))
+    return found
+
+
+def searched(model: Model, runs: list[Run]) -> Search:
+    """The model refitted to the first two runs, the third held out; no candidates."""
+    return Search(model, runs[:2], runs[2:], (), DiagnoseOptions(), silent)
+
+
+def test_the_base_model_that_explains_the_runs_is_found() -> None:
+    runs = recorded(lce.default_model("lumped", "equilibrium"))
+    fitted = lce.fit(lce.default_model("lumped", "kinetic"), runs[:2]).model
+    found = better_base(searched(fitted, runs))
+    assert found is not None and found.deformation == "equilibrium" and found.runs == ("c",) and found.added == []
+    assert found.other.rms[DISPLACEMENT] < 1.2 < found.present.rms[DISPLACEMENT]
+
+
+def test_what_is_missing_beside_the_other_base_model_is_found_too() -> None:
+    runs = recorded(lce.default_model("lumped", "equilibrium", ("backlash",)).set({"backlash.width": 60e-6}))
+    fitted = lce.fit(lce.default_model("lumped", "kinetic"), runs[:2]).model
+    diagnosis = lce.diagnose(fitted, runs[:2], runs[2:], [find("backlash"), find("creep")])
+    assert diagnosis.steps == ()
+    found = diagnosis.other_base
+    assert found is not None and found.deformation == "equilibrium" and found.added == ["backlash"]
+    assert found.other.rms[DISPLACEMENT] < 1.2 < found.present.rms[DISPLACEMENT]
+    assert found.model["backlash.width"] == pytest.approx(60e-6, rel=0.1)
+    advice, named, *_ = diagnosis.sentences
+    assert "`lce fit --deformation equilibrium --effect backlash` identifies it." in advice
+    assert named.startswith("Beside equilibrium, backlash is missing: ") and "; confirmed on c: T " in named
+
+
+def test_no_other_base_model_is_tried_beside_one_that_explains_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = recorded(lce.default_model("lumped", "equilibrium"))
+    fitted = lce.fit(lce.default_model("lumped", "equilibrium"), runs[:2]).model
+    monkeypatch.setattr("lce_analysis.diagnosis.other_base.identify", lambda *_: pytest.fail("identified"))
+    assert better_base(searched(fitted, runs)) is None
