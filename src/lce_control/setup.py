@@ -14,17 +14,19 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
-    maintainer="LCE bench contributors",
-    maintainer_email="lce-bench@example.org",
+    maintainer="LCE bench maintainers",
+    maintainer_email="maintainers@lce-bench.example.org",
     description="Position control: filter, PID and the loops of the double closed-loop structure, and their nodes.",
     license="Apache-2.0",
+    url="https://lce-bench.example.org",
     entry_points={
         "console_scripts": [
-            "feedforward = lce_control.nodes.feedforward_node:main",
-            "inner_controller = lce_control.nodes.inner_controller_node:main",
-            "outer_controller = lce_control.nodes.outer_controller_node:main",
-            "model_controller = lce_control.nodes.model_controller_node:main",
-            "single_controller = lce_control.nodes.single_controller_node:main",
+            "feedforward = lce_control.executables:feedforward",
+            "inner_controller = lce_control.executables:inner_controller",
+            "joint_bridge = lce_control.executables:joint_bridge",
+            "outer_controller = lce_control.executables:outer_controller",
+            "model_controller = lce_control.executables:model_controller",
+            "single_controller = lce_control.executables:single_controller",
         ],
     },
 )

@@ -14,16 +14,17 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
-    maintainer="LCE bench contributors",
-    maintainer_email="lce-bench@example.org",
+    maintainer="LCE bench maintainers",
+    maintainer_email="maintainers@lce-bench.example.org",
     description="Nodes and device adapters: laser, thermal camera, distance sensor, simulator.",
     license="Apache-2.0",
+    url="https://lce-bench.example.org",
     entry_points={
         "console_scripts": [
-            "laser = lce_drivers.laser.laser_node:main",
-            "thermal_camera = lce_drivers.camera.thermal_camera_node:main",
-            "distance_sensor = lce_drivers.distance.distance_sensor_node:main",
-            "simulator = lce_drivers.simulation.simulator_node:main",
+            "laser = lce_drivers.executables:laser",
+            "thermal_camera = lce_drivers.executables:thermal_camera",
+            "distance_sensor = lce_drivers.executables:distance_sensor",
+            "simulator = lce_drivers.executables:simulator",
         ],
     },
 )

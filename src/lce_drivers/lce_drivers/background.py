@@ -3,9 +3,13 @@
 
 import threading
 from collections.abc import Callable
-from typing import Protocol
+from typing import Final, Protocol
 
 from lce_drivers.sensor import Reading
+
+NOT_YET: Final = "not connected yet"
+START_S: Final = 5.0
+"""Longest time [s] from the start of the thread to a first reading: a camera takes two."""
 
 
 class NoReading(Exception):
@@ -36,7 +40,8 @@ class Background:
         self._connect = connect
         self._retry_s = retry_s
         self._newest: Reading | None = None
-        self._fault: str | None = "not connected yet"
+        self._fault: str | None = NOT_YET
+        self._first = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
@@ -45,6 +50,11 @@ class Background:
         """The newest reading, if an earlier call has not returned it; else None."""
         reading, self._newest = self._newest, None
         return reading
+
+    def check(self) -> None:
+        """Wait for the first reading. Raises OSError if none comes within START_S."""
+        if not self._first.wait(START_S):
+            raise OSError(self.fault() or NOT_YET)
 
     def fault(self) -> str | None:
         """What is wrong with the device at present, or None."""
@@ -78,3 +88,4 @@ class Background:
                 continue
             if reading is not None:
                 self._newest, self._fault = reading, None
+                self._first.set()

@@ -43,7 +43,13 @@ class DataSheet:
 
 
 class SensorDevice(Protocol):
-    """A sensor behind its node. It hands its readings to the node that it was made with."""
+    """A sensor behind its node, opened."""
+
+    def check(self) -> None:
+        """Wait for a first reading. Raises OSError if none comes in the time that such a device takes to start."""
+
+    def poll(self) -> Reading | None:
+        """The newest reading, each at most once; always None from a device that hands its readings to the node."""
 
     def fault(self) -> str | None:
         """What is wrong with the device at present, or None."""
@@ -59,10 +65,12 @@ class DeviceNode(Protocol):
     ----------
     channel : what the node measures.
     sheet : the data sheet of its sensor.
+    sent_s : time [s] at which the message whose callback runs was published.
     """
 
     channel: Channel
     sheet: DataSheet
+    sent_s: float
 
     def declare(
         self,
@@ -90,4 +98,4 @@ class DeviceNode(Protocol):
         """Time [s] of the node's clock."""
 
     def deliver(self, reading: Reading) -> None:
-        """Publish a reading."""
+        """Publish a reading while the node is active."""

@@ -69,7 +69,7 @@ class Supervised:
         return all(dark) and self.run(10)[-1] == 0.5
 
     def said(self) -> list[str]:
-        return [s.message for m in self.diagnostics.messages for s in m.status if s.name == "/lce/laser"]
+        return [s.message for m in self.diagnostics.messages for s in m.status if s.name == "/lce/laser: output"]
 
 
 def shining(graph: Graph, **parameters: Any) -> Supervised:

@@ -16,8 +16,10 @@ from lce_drivers.camera.thermal_camera_node import ThermalCamera
 from lce_drivers.distance.distance_sensor_node import DistanceSensor
 from lce_drivers.laser.laser_node import Laser
 from lce_drivers.simulation.simulator_node import Simulator
+from lce_interfaces.msg import Float64Stamped
 from lce_model import default_model, simulate
 from lce_ros.conversions import from_stamp
+from lce_ros.health import node_of
 from lce_ros.testing import Graph, Received, open_graph
 
 pytestmark = pytest.mark.alone
@@ -150,10 +152,23 @@ def test_a_sensor_without_a_strip_publishes_nothing_and_says_so(graph: Graph) ->
     graph.until(lambda: len(received) == 1)
 
     def silent() -> set[str]:
-        return {s.name for m in diagnostics.messages for s in m.status if "no reading for" in s.message}
+        return {node_of(s.name) for m in diagnostics.messages for s in m.status if "no reading for" in s.message}
 
     graph.until(lambda: silent() == {"/lce/thermal_camera", "/lce/distance_sensor"}, 5.0, "the report of silence")
     assert len(received) == 1
+
+
+def test_a_displacement_is_also_told_with_the_time_of_its_acquisition(graph: Graph) -> None:
+    graph.add(DistanceSensor, sim_time=True, latency_s=0.05)
+    probe = graph.probe(sim_time=True)
+    truth = probe.advertise(Float64, "sim/displacement")
+    plain = graph.collect(Float64, "displacement", probe)
+    stamped = graph.collect(Float64Stamped, "displacement_stamped", probe)
+    graph.lockstep(20, lambda: truth.publish(Float64(data=1e-3)))
+    assert [m.value for m in stamped.messages] == plain.data
+    stamps_s = np.array([from_stamp(m.header.stamp) for m in stamped.messages])
+    assert len(stamps_s) >= 10
+    np.testing.assert_allclose(np.array(stamped.times_s) - stamps_s, 0.05, atol=1e-6)
 
 
 def test_noise_and_latency_can_be_changed_live_within_their_ranges(graph: Graph) -> None:
@@ -188,7 +203,8 @@ def test_every_node_tells_its_state_at_1_hz(graph: Graph) -> None:
     diagnostics = graph.collect(DiagnosticArray, "/diagnostics", graph.probe(sim_time=True))
     graph.lockstep(305)
     for node in nodes:
-        own = [s for m in diagnostics.messages for s in m.status if s.name == node.get_fully_qualified_name()]
+        name = f"{node.get_fully_qualified_name()}: {node.reports_on}"
+        own = [s for m in diagnostics.messages for s in m.status if s.name == name]
         assert len(own) == 3
         assert own[-1].level == b"\x00"
         assert len(own[-1].values) >= 2

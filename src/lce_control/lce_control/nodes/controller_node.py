@@ -34,6 +34,10 @@ class ControllerNode(LceNode):
         # Half a period off: at a tick, the sensor's message is on its way through the nodes.
         self.every(PERIOD_S, self._tick, offset_s=PERIOD_S / 2)
 
+    def introduce(self, text: str) -> None:
+        """Log what this controller does, in one line at its start."""
+        self.get_logger().info(f"{1 / PERIOD_S:g} Hz; {text}")
+
     def driven_by(self, msg_type: Any, topic: str, take: Callable[[Any], None]) -> None:
         """Take in each message of ``topic``, then step."""
 

@@ -26,6 +26,7 @@ from lce_model.inverse import BRANCHES, InverseChart, temperature_from_here_k
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
 from lce_ros.health import Level
 from lce_ros.node import LceNode, run
+from lce_ros.signals import interruptible
 
 ACTUAL: Final = "actual"
 HISTORY: Final = 36_000
@@ -35,18 +36,26 @@ HISTORY: Final = 36_000
 class Feedforward(LceNode):
     """Answers from the chart of a model's major loop, or from the present state of the strip."""
 
+    reports_on = "inverse temperature"
+
     def __init__(self, **options: Any) -> None:
         super().__init__("feedforward", **options)
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
         self.declare("branch", "middle", "branch that gives the temperature", choices=(*BRANCHES, ACTUAL))
         self.declare("deadband_k", 0.3, "smaller reversals are noise", unit="K", lower=0.0, upper=10.0)
         self._model = load_model(model_file) if model_file else default_model()
-        self._chart = InverseChart(self._model)
+        with interruptible():  # the first time, the kernel of the model is compiled
+            self._chart = InverseChart(self._model)
         self._past: deque[tuple[float, float]] = deque(maxlen=HISTORY)
         self._answered = self._refused = 0
         self.listen(Temperature, TEMPERATURE.topic, self._remember)
         self.create_service(InverseTemperature, "inverse_temperature", self._answer)
         self._report_state()
+        lower_m, upper_m = self._reach_m()
+        self.get_logger().info(
+            f"{model_file or 'the default model'} reaches {lower_m * 1e3:.3f} to {upper_m * 1e3:.3f} mm; "
+            f"branch {self.value('branch')}"
+        )
         self.every(1.0, self._report_state)
 
     def _answer(
@@ -76,9 +85,12 @@ class Feedforward(LceNode):
         if math.isfinite(message.temperature):
             self._past.append((t_s, to_kelvin(message.temperature)))
 
-    def _report_state(self) -> None:
+    def _reach_m(self) -> tuple[float, float]:
         branch = self.value("branch")
-        lower_m, upper_m = self._chart.reach_m("middle" if branch == ACTUAL else branch)
+        return self._chart.reach_m("middle" if branch == ACTUAL else branch)
+
+    def _report_state(self) -> None:
+        lower_m, upper_m = self._reach_m()
         self.report(
             Level.OK,
             "ready",

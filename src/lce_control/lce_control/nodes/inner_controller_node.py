@@ -26,7 +26,7 @@ from sensor_msgs.msg import Temperature
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import PowerControllerNode
 from lce_control.nodes.displacement_node import FAULT
-from lce_control.nodes.loop_parameters import declare_loop
+from lce_control.nodes.loop_parameters import declare_loop, gains_text
 from lce_control.pid import Gains, Limits
 from lce_data.channels import TEMPERATURE
 from lce_data.topics import SETPOINT
@@ -40,6 +40,8 @@ TUNED: Final = Gains(kp=0.05, ki=0.01, kd=0.001)
 
 class InnerController(PowerControllerNode):
     """One loop from temperature [K] to power [W]."""
+
+    reports_on = "power"
 
     def __init__(self, **options: Any) -> None:
         super().__init__("inner_controller", **options)
@@ -59,6 +61,7 @@ class InnerController(PowerControllerNode):
         self._temperature: Sample | None = None
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self.driven_by(Temperature, SETPOINT, self._take_setpoint)
+        self.introduce(f"at most {self.value('max_power_w'):g} W; {gains_text(self._loop, 'W', 'K')}")
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""

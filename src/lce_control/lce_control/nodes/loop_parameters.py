@@ -46,3 +46,9 @@ def declare_loop(node: LceNode, gains: Gains, limits: Callable[[], Limits], unit
     follow()
     node.add_post_set_parameters_callback(lambda _: follow())
     return loop
+
+
+def gains_text(loop: Loop, unit: str, per: str) -> str:
+    """The gains of a loop with their units, for the log."""
+    gains = loop.pid.gains
+    return f"kp {gains.kp:g} {unit}/{per}, ki {gains.ki:g} {unit}/({per} s), kd {gains.kd:g} {unit} s/{per}"

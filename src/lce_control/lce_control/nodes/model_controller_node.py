@@ -35,6 +35,7 @@ from lce_control.filters import Sample
 from lce_control.model_control import ModelController as Controller
 from lce_control.nodes.controller_node import PERIOD_S, PowerControllerNode
 from lce_control.nodes.displacement_node import DisplacementInput
+from lce_control.nodes.target_node import TOLD_S
 from lce_data.channels import POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.topics import TARGET
@@ -43,10 +44,13 @@ from lce_model.inverse import HOTTEST_K, InverseChart
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
 from lce_ros.health import Level
 from lce_ros.node import run
+from lce_ros.signals import interruptible
 
 
 class ModelController(PowerControllerNode):
     """One model from displacement [m] and temperature [K] to power [W]."""
+
+    reports_on = "power"
 
     def __init__(self, **options: Any) -> None:
         super().__init__("model_controller", **options)
@@ -67,7 +71,8 @@ class ModelController(PowerControllerNode):
             "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
         )
         model, hottest_k = load_model(model_file) if model_file else default_model(), to_kelvin(hottest_c)
-        self._chart = InverseChart(model, hottest_k=min(hottest_k, HOTTEST_K))
+        with interruptible():  # the first time, the kernel of the model is compiled
+            self._chart = InverseChart(model, hottest_k=min(hottest_k, HOTTEST_K))
         # A command is applied at the laser's next tick.
         self._controller = Controller(model, hottest_k=hottest_k, delay_s=PERIOD_S, **settings)
         self._target_m = math.nan
@@ -79,6 +84,11 @@ class ModelController(PowerControllerNode):
         self.listen(Float64, POWER.topic, self._take_power)
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self._displacement = DisplacementInput(self)
+        lower_m, upper_m = self._chart.reach_m()
+        self.introduce(
+            f"at most {self.value('max_power_w'):g} W and {hottest_c:g} °C; {model_file or 'the default model'} "
+            f"reaches {lower_m * 1e3:.3f} to {upper_m * 1e3:.3f} mm"
+        )
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
@@ -134,6 +144,7 @@ class ModelController(PowerControllerNode):
             self.get_logger().error(self._refusal)
         else:
             self._target_m, self._refusal = message.data, None
+            self.get_logger().info(f"target {message.data * 1e3:.3f} mm", throttle_duration_sec=TOLD_S)
 
     def _take_power(self, message: Float64) -> None:
         if math.isfinite(message.data):

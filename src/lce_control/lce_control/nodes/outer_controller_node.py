@@ -31,7 +31,7 @@ from lce_control.cascade import FOLLOW_K, OuterLoop
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import ControllerNode
 from lce_control.nodes.displacement_node import DisplacementInput
-from lce_control.nodes.loop_parameters import declare_loop
+from lce_control.nodes.loop_parameters import declare_loop, gains_text
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
 from lce_data.channels import TEMPERATURE
@@ -48,18 +48,23 @@ TUNED: Final = Gains(kp=39.0, ki=13.0, kd=2.0)
 class OuterController(ControllerNode):
     """One loop from displacement [m] to temperature setpoint [K], beside the feed-forward."""
 
+    reports_on = "setpoint"
+
     def __init__(self, **options: Any) -> None:
         super().__init__("outer_controller", **options)
         self.declare("lower_c", 0.0, "lowest setpoint", unit="°C", lower=-50.0, upper=50.0)
         self.declare("upper_c", 110.0, "highest setpoint", unit="°C", lower=50.0, upper=250.0)
         self.declare("follow_k", FOLLOW_K, "distance to the setpoint at which the integral rests", unit="K",
                      lower=0.0, upper=1000.0)  # fmt: skip
-        self._outer = OuterLoop(declare_loop(self, TUNED, self._limits, "K", "m"))
+        loop = declare_loop(self, TUNED, self._limits, "K", "m")
+        self._outer = OuterLoop(loop)
         self._target = TargetTracker(self)
         self._temperature_k = math.nan
         self._setpoint = self.advertise(Temperature, SETPOINT)
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
         self._displacement = DisplacementInput(self)
+        setpoints = f"setpoints from {self.value('lower_c'):g} to {self.value('upper_c'):g} °C"
+        self.introduce(f"{setpoints}; {gains_text(loop, 'K', 'm')}")
 
     def step(self, now_s: float) -> None:
         """Publish the setpoint for now."""
@@ -70,7 +75,8 @@ class OuterController(ControllerNode):
             level = Level.ERROR if self._target.exists else Level.OK
             self.report(level, f"{self._displacement.missing}: no setpoint")
         elif not self._target.exists:
-            self.report(Level.OK, "no target: no setpoint")
+            level, why = self._target.missing
+            self.report(level, f"{why}: no setpoint")
         else:
             setpoint_k = self._follow(now_s, displacement)
         if self._target.refusal is not None and displacement is not None:

@@ -24,7 +24,7 @@ from typing import Any, Final
 
 from lce_control.nodes.controller_node import PowerControllerNode
 from lce_control.nodes.displacement_node import DisplacementInput
-from lce_control.nodes.loop_parameters import declare_loop
+from lce_control.nodes.loop_parameters import declare_loop, gains_text
 from lce_control.nodes.target_node import TargetTracker
 from lce_control.pid import Gains, Limits
 from lce_ros.health import Level
@@ -37,12 +37,15 @@ TUNED: Final = Gains(kp=5837.0, ki=192.0, kd=11.0)
 class SingleController(PowerControllerNode):
     """One loop from displacement [m] to power [W]."""
 
+    reports_on = "power"
+
     def __init__(self, **options: Any) -> None:
         super().__init__("single_controller", **options)
         self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "m")
         self._target = TargetTracker(self)
         self._displacement = DisplacementInput(self)
+        self.introduce(f"at most {self.value('max_power_w'):g} W; {gains_text(self._loop, 'W', 'm')}")
 
     def step(self, now_s: float) -> None:
         """Command the power for now."""
@@ -56,7 +59,8 @@ class SingleController(PowerControllerNode):
             level = Level.ERROR if self._target.exists else Level.OK
             self.report(level, f"{self._displacement.missing}: zero power")
         elif not self._target.exists:
-            self.report(Level.OK, "no target: zero power")
+            level, why = self._target.missing
+            self.report(level, f"{why}: zero power")
         else:
             power_w = self._loop.step(now_s, self._target.target_m, displacement)
             self.report(

@@ -10,10 +10,13 @@ from std_msgs.msg import Float64
 from lce_data.topics import TARGET
 from lce_interfaces.srv import InverseTemperature
 from lce_ros.conversions import to_kelvin
+from lce_ros.health import Level
 from lce_ros.node import LceNode
 
 ANSWER_TIMEOUT_S: Final = 1.0
 """The service is asked again if its answer takes longer [s]."""
+TOLD_S: Final = 1.0
+"""A new target is logged at most so often [s]: a trajectory is many of them."""
 
 
 class TargetTracker:
@@ -44,6 +47,13 @@ class TargetTracker:
         """Whether there is a target to follow."""
         return not math.isnan(self.target_m)
 
+    @property
+    def missing(self) -> tuple[Level, str]:
+        """Why there is no target to follow, and how bad that is."""
+        if self._wanted_m is None or self._client.service_is_ready():
+            return Level.OK, "no target"
+        return Level.WARN, "a target waits for the service inverse_temperature"
+
     def update(self, t_s: float) -> None:
         """Ask the service about a new target; to be called in every step, at ``t_s`` [s]."""
         if self._asked is not None and not 0.0 <= t_s - self._asked_s < ANSWER_TIMEOUT_S:
@@ -66,6 +76,8 @@ class TargetTracker:
         self._asked = None
         if answer.success:
             self.target_m, self.temperature_k, self.refusal = wanted_m, to_kelvin(answer.temperature), None
+            told = f"target {wanted_m * 1e3:.3f} mm, feed-forward {answer.temperature:.2f} °C"
+            self._node.get_logger().info(told, throttle_duration_sec=TOLD_S)
             return
         stays = f"{self.target_m * 1e3:.3f} mm stays the target" if self.exists else "there is no target"
         self.refusal = f"target refused: {answer.message}; {stays}"

@@ -8,6 +8,9 @@ Parameters  device           simulated | flir
             flir.*           camera, ir_format, byte_order, x, y, width, height, statistic, lower_c, upper_c,
                              latency_s, packet_size
             stale_after_s    s, silence after which the node warns in /diagnostics
+            autostart        configure and activate when the node starts
+
+A managed node (lce_ros.managed_node): configuring it opens the device and waits for a reading, activating it publishes.
 """
 
 import sys
@@ -17,8 +20,8 @@ from lce_data.channels import TEMPERATURE
 from lce_drivers.background import Background
 from lce_drivers.camera.flir import CameraSettings, FlirLink
 from lce_drivers.camera.radiometry import BYTE_ORDERS, KELVIN_PER_COUNT, STATISTICS, Region
-from lce_drivers.sensor import DataSheet, SensorDevice
-from lce_drivers.sensor_node import DeviceFactory, SensorNode
+from lce_drivers.sensor import DataSheet
+from lce_drivers.sensor_node import DeviceFactory, SensorNode, SensorOpener
 from lce_ros.conversions import to_kelvin
 from lce_ros.node import run
 
@@ -26,12 +29,12 @@ SHEET: Final = DataSheet(rate_hz=10.0, noise_rms=TEMPERATURE.noise, quantum=0.01
 POLL_S: Final = 0.01
 
 
-def flir(node: SensorNode) -> SensorDevice:
+def flir(node: SensorNode) -> SensorOpener:
     """A FLIR A3x5 on the network, by Aravis."""
     settings = _declared_settings(node)
-    device = Background(lambda: FlirLink(settings, node.now_s), "flir")
-    node.every(POLL_S, lambda: node.deliver_newest(device.poll()))
-    return device
+    node.hardware_id = f"flir {settings.camera or '(first found)'}"
+    node.every(POLL_S, node.poll)
+    return lambda: Background(lambda: FlirLink(settings, node.now_s), "flir")
 
 
 def _declared_settings(node: SensorNode) -> CameraSettings:
@@ -75,6 +78,8 @@ DEVICES: Final[dict[str, DeviceFactory]] = {"flir": flir}
 
 class ThermalCamera(SensorNode):
     """Publishes the temperature of the strip."""
+
+    reports_on = "temperature"
 
     def __init__(self, **options: Any) -> None:
         super().__init__("thermal_camera", TEMPERATURE, SHEET, DEVICES, **options)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node `distance_sensor`: displacement of the strip's free end.
 
-Publishes   displacement      std_msgs/Float64, m, contraction positive, 100 Hz
-Subscribes  sim/displacement  std_msgs/Float64, m, the true one (device simulated only)
-Parameters  device            simulated | keyence
+Publishes   displacement          std_msgs/Float64, m, contraction positive, 100 Hz
+            displacement_stamped  lce_interfaces/Float64Stamped, the same; header.stamp is the time of acquisition
+Subscribes  sim/displacement      std_msgs/Float64, m, the true one (device simulated only)
+Parameters  device                simulated | keyence
             noise_rms, quantum (m), latency_s (s), seed of the simulated sensor
-            keyence.*         port, baud_rate, timeout_s, dialect, out, sign, zero, metres, lower_m, upper_m
-            stale_after_s     s, silence after which the node warns in /diagnostics
+            keyence.*             port, baud_rate, timeout_s, dialect, out, sign, zero, metres, lower_m, upper_m
+            stale_after_s         s, silence after which the node warns in /diagnostics
+            autostart             configure and activate when the node starts
+
+A managed node (lce_ros.managed_node): configuring it opens the device and waits for a reading, activating it publishes.
 
 The simulated sensor measures each sample of the strip as it comes: a timer of its own would make every recorded
 displacement one tick late.
@@ -19,15 +23,15 @@ from typing import Any, Final
 from lce_data.channels import DISPLACEMENT
 from lce_drivers.background import Background
 from lce_drivers.distance.keyence import DIALECTS, KeyenceLink, Mounting, open_port
-from lce_drivers.sensor import DataSheet, SensorDevice
-from lce_drivers.sensor_node import DeviceFactory, SensorNode
+from lce_drivers.sensor import DataSheet
+from lce_drivers.sensor_node import DeviceFactory, SensorNode, SensorOpener
 from lce_ros.node import run
 
 SHEET: Final = DataSheet(rate_hz=math.inf, noise_rms=DISPLACEMENT.noise, quantum=1e-6, latency_s=0.0)
 POLL_S: Final = 0.01
 
 
-def keyence(node: SensorNode) -> SensorDevice:
+def keyence(node: SensorNode) -> SensorOpener:
     """A Keyence LK-G5000 or LK-G controller on a serial port."""
 
     def fixed(name: str, default: Any, description: str, **limits: Any) -> Any:
@@ -45,12 +49,12 @@ def keyence(node: SensorNode) -> SensorDevice:
         lower_m=fixed("lower_m", -0.08, "lowest displacement that is believed", unit="m", lower=-10.0, upper=0.0),
         upper_m=fixed("upper_m", 0.08, "highest displacement that is believed", unit="m", lower=0.0, upper=10.0),
     )
-    device = Background(
+    node.hardware_id = f"keyence {path}"
+    node.every(POLL_S, node.poll)
+    return lambda: Background(
         lambda: KeyenceLink(open_port(path, baud_rate, timeout_s), dialect, out, mounting, node.now_s),
         "keyence",
     )
-    node.every(POLL_S, lambda: node.deliver_newest(device.poll()))
-    return device
 
 
 DEVICES: Final[dict[str, DeviceFactory]] = {"keyence": keyence}
@@ -58,6 +62,8 @@ DEVICES: Final[dict[str, DeviceFactory]] = {"keyence": keyence}
 
 class DistanceSensor(SensorNode):
     """Publishes the displacement of the strip's free end."""
+
+    reports_on = "displacement"
 
     def __init__(self, **options: Any) -> None:
         super().__init__("distance_sensor", DISPLACEMENT, SHEET, DEVICES, **options)

@@ -14,7 +14,7 @@ class Arming:
 
         DISARMED ── arm ────► ARMED       refused while light is commanded, and for HEARD_S
         ARMED ───── disarm ─► DISARMED
-        either ──── latch ──► FAULT       the first cause is the one that is told
+        either ──── latch ──► FAULT       the first cause is the one that is reported
         FAULT ───── reset ──► DISARMED    refused while a cause is there
 
     So light never comes back by itself: after a fault somebody resets, the commander goes to zero, somebody arms.
@@ -30,7 +30,7 @@ class Arming:
         self.fault: str | None = None
 
     def latch(self, fault: str | None) -> None:
-        """Take in a fault; None is none."""
+        """Take in a fault; None changes nothing."""
         if fault is not None and self.fault is None:
             self.fault, self.armed = fault, False
 

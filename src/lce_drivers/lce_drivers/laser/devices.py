@@ -2,6 +2,7 @@
 """What drives the laser, by the parameter ``device`` of its node. Another device: a row of ``DEVICES``."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from lce_drivers.laser.labjack import Calibration, LabJackLaser
@@ -10,14 +11,31 @@ from lce_drivers.laser.power_guard import PowerOutput
 from lce_ros.node import LceNode, NodeFault
 
 
-def simulated(node: LceNode) -> PowerOutput:
+@dataclass(frozen=True, slots=True)
+class LaserDevice:
+    """A device that can be opened.
+
+    Parameters
+    ----------
+    what : which device, for the log and as the hardware_id of /diagnostics.
+    makes_light : whether there is real light, which only a human may arm.
+    open : opens the device, checks it and leaves it at zero power. Raises NodeFault if it is not there or not as it
+        should be.
+    """
+
+    what: str
+    makes_light: bool
+    open: Callable[[], PowerOutput]
+
+
+def simulated(node: LceNode) -> LaserDevice:
     """The laser of the simulated strip."""
     from lce_drivers.simulation.laser_output import SimulatedOutput
 
-    return SimulatedOutput()
+    return LaserDevice("simulated", False, SimulatedOutput)
 
 
-def labjack(node: LceNode) -> PowerOutput:
+def labjack(node: LceNode) -> LaserDevice:
     """A laser driver behind the analogue output of a LabJack T7 or T8."""
     if node.on_sim_time:
         raise ValueError("laser: a real laser does not run on simulated time; set use_sim_time to false")
@@ -39,13 +57,17 @@ def labjack(node: LceNode) -> PowerOutput:
         threshold_v=number("threshold_v", 0.0, "voltage at which light begins", "V", 0.0, 10.0),
         max_v=number("max_v", 5.0, "highest voltage that is ever put out", "V", 0.0, 10.0),
     )
-    try:
-        return LabJackLaser(ModbusRegisters(host, port, timeout_s), calibration, watchdog_s)
-    except OSError as error:
-        raise NodeFault(f"laser: {error}") from error
+
+    def opened() -> PowerOutput:
+        try:
+            return LabJackLaser(ModbusRegisters(host, port, timeout_s), calibration, watchdog_s)
+        except OSError as error:
+            raise NodeFault(f"laser: {error}") from error
+
+    return LaserDevice(f"labjack {host}:{port}", True, opened)
 
 
-DEVICES: Final[Mapping[str, Callable[[LceNode], PowerOutput]]] = {
+DEVICES: Final[Mapping[str, Callable[[LceNode], LaserDevice]]] = {
     "simulated": simulated,
     "labjack": labjack,
 }

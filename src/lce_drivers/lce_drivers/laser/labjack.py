@@ -70,8 +70,6 @@ class Calibration:
 class LabJackLaser:
     """A PowerOutput on DAC0, which is 0 V before this returns and after ``close``."""
 
-    makes_light = True
-
     def __init__(self, registers: Registers, calibration: Calibration, watchdog_s: int) -> None:
         if watchdog_s < 2:
             raise ValueError(f"labjack.watchdog_s: {watchdog_s} s is outside [2, inf) s")

@@ -17,10 +17,6 @@ class PowerOutput(Protocol):
     def max_power_w(self) -> float:
         """The most that the device can give [W]."""
 
-    @property
-    def makes_light(self) -> bool:
-        """Whether there is real light, which only a human may arm."""
-
     def write(self, power_w: float) -> None:
         """Set the optical power [W]."""
 

@@ -8,7 +8,6 @@ class SimulatedOutput:
     """A PowerOutput for the simulated strip, which takes its power from the topic laser/power: nothing to write to."""
 
     max_power_w = math.inf
-    makes_light = False
 
     def write(self, power_w: float) -> None:
         """Nothing to do."""

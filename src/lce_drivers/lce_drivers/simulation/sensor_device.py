@@ -30,6 +30,12 @@ class SimulatedDevice:
         node.add_post_set_parameters_callback(lambda _: self._follow_parameters())
         node.listen(message_class(channel), topic, self._observe)
 
+    def check(self) -> None:
+        """It is always there; its readings come with the simulated strip."""
+
+    def poll(self) -> None:
+        """Its readings are handed to the node."""
+
     def fault(self) -> str | None:
         """Nothing can be wrong with it."""
         return None
@@ -39,7 +45,7 @@ class SimulatedDevice:
 
     def _observe(self, message: Any) -> None:
         value, measured_s = from_message(self._node.channel, message)
-        for reading in self._sensor.observe(value, self._node.now_s() if measured_s is None else measured_s):
+        for reading in self._sensor.observe(value, self._node.sent_s if measured_s is None else measured_s):
             self._node.deliver(reading)
 
     def _imperfection(self) -> Imperfection:

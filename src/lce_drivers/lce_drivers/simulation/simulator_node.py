@@ -33,6 +33,7 @@ from lce_ros.conversions import to_celsius
 from lce_ros.health import Level
 from lce_ros.messages import from_message, message_class, to_message
 from lce_ros.node import LceNode, run
+from lce_ros.signals import interruptible
 
 PERIOD_S: Final = 0.01
 
@@ -40,8 +41,11 @@ PERIOD_S: Final = 0.01
 class Simulator(LceNode):
     """Steps one model through the node's time."""
 
+    reports_on = "strip"
+
     def __init__(self, **options: Any) -> None:
         super().__init__("simulator", **options)
+        self.hardware_id = "simulated"
         model_file = self.declare("model_file", "", "model file, empty: the default model", read_only=True)
         settings = self.declare("set", [""], "TERM.PARAM=VALUE of the model", read_only=True)
         timeout_s = self.declare(
@@ -50,7 +54,8 @@ class Simulator(LceNode):
         )  # fmt: skip
         self._drive = Drive(timeout_s)
         model = strip_model(model_file, parse_settings(settings))
-        self._strip = Stepper(model)
+        with interruptible():  # the first time, the kernel of the model is compiled
+            self._strip = Stepper(model)
         self._strip.step(0.0, 0.0)
         self._sensors = [
             (channel, channel.output, self.advertise(message_class(channel), simulated_topic(channel)))
@@ -63,6 +68,8 @@ class Simulator(LceNode):
             self.listen(message_class(channel), channel.topic, functools.partial(self._take_input, channel))
         self.every(PERIOD_S, self._tick)
         self.every(1.0, self._report_state)
+        strip = model_file or "the default strip"
+        self.get_logger().info(f"{strip}: {1.0 / PERIOD_S:g} Hz; a power older than {timeout_s:g} s counts as zero")
 
     def _take_power(self, message: Any) -> None:
         self._drive.put(from_message(POWER, message)[0], self.now_s())
