@@ -15,8 +15,9 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
-    maintainer="LCE bench contributors",
-    maintainer_email="lce-bench@example.org",
+    maintainer="LCE bench maintainers",
+    maintainer_email="maintainers@lce-bench.example.org",
     description="Figures and pages: reports of comparisons, diagnoses, tuning and positioning as single HTML files.",
     license="Apache-2.0",
+    url="https://lce-bench.example.org",
 )

@@ -8,8 +8,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from lce_data.channels import AMBIENT, DISPLACEMENT, LOAD, POWER, SENSORS, TEMPERATURE
-from lce_data.topics import ARMED, COMMAND, DIAGNOSTICS, RECORDED, SETPOINT, TARGET, simulated_topic
+from lce_data.channels import AMBIENT, DISPLACEMENT, LOAD, POWER, SENSORS, TEMPERATURE, Channel
+from lce_data.topics import (
+    ARMED,
+    COMMAND,
+    COMMAND_STAMPED,
+    DIAGNOSTICS,
+    MARKER,
+    RECORDED,
+    SETPOINT,
+    TARGET,
+    simulated_topic,
+)
 from lce_experiment.registry import (
     FEEDFORWARD,
     INNER,
@@ -40,11 +50,36 @@ class Access:
     calls: tuple[str, ...] = ()
 
 
+MANAGED: Final = Access(
+    publishes=("~/transition_event",),
+    serves=tuple(
+        f"~/{service}"
+        for service in (
+            "change_state",
+            "get_state",
+            "get_available_states",
+            "get_available_transitions",
+            "get_transition_graph",
+        )
+    ),
+)
+"""What rclpy gives a managed node."""
+
+
+def _measured(channel: Channel) -> tuple[str, ...]:
+    """The topics on which a channel is published."""
+    return (channel.topic, channel.stamped_topic) if channel.stamped_topic else (channel.topic,)
+
+
 ACCESS: Final[Mapping[str, Access]] = {
-    LASER.name: Access((POWER.topic, ARMED), (COMMAND, TEMPERATURE.topic), serves=(ARM, RESET)),
+    LASER.name: Access(
+        (*_measured(POWER), COMMAND_STAMPED, ARMED, *MANAGED.publishes),
+        (COMMAND, TEMPERATURE.topic),
+        serves=(ARM, RESET, *MANAGED.serves),
+    ),
     SIMULATOR.name: Access(SIMULATED, (POWER.topic, AMBIENT.topic, LOAD.topic, "input/*")),
     **{
-        node.name: Access((channel.topic,), (simulated_topic(channel),))
+        node.name: Access((*_measured(channel), *MANAGED.publishes), (simulated_topic(channel),), MANAGED.serves)
         for node, channel in zip(SENSOR_NODES, SENSORS, strict=True)
     },
     FEEDFORWARD.name: Access(subscribes=(TEMPERATURE.topic,), serves=(INVERSE,)),
@@ -57,6 +92,9 @@ ACCESS: Final[Mapping[str, Access]] = {
     RECORDER.name: Access(subscribes=(*RECORDED, "input/*")),
 }
 """By the name of the node."""
+
+MANAGED_NODES: Final = (LASER.name, *(node.name for node in SENSOR_NODES))
+"""The nodes that hold a device."""
 
 
 EVERY_NODE: Final = Access(
@@ -77,11 +115,27 @@ EVERY_NODE: Final = Access(
 """What rclpy gives every node, and its diagnosis; ~ is the node itself."""
 
 OPERATOR: Final = Access(
-    publishes=(TARGET,),
-    subscribes=(*RECORDED, ARMED, "input/*", "/rosout", "/parameter_events"),
-    calls=(ARM, RESET, INVERSE, *(f"{name}/{service[2:]}" for name in ACCESS for service in EVERY_NODE.serves)),
+    publishes=(TARGET, MARKER),
+    subscribes=(
+        *RECORDED,
+        ARMED,
+        "input/*",
+        "/rosout",
+        "/parameter_events",
+        *(f"{name}/{topic[2:]}" for name in MANAGED_NODES for topic in MANAGED.publishes),
+    ),
+    calls=(
+        ARM,
+        RESET,
+        INVERSE,
+        *(f"{name}/{service[2:]}" for name in ACCESS for service in EVERY_NODE.serves),
+        *(f"{name}/{service[2:]}" for name in MANAGED_NODES for service in MANAGED.serves),
+    ),
 )
-"""The human's tools: they arm, reset, set parameters and targets, and see everything. They do not command the laser."""
+"""The human's tools, the page among them: they arm, reset, take nodes through their states, set parameters and targets,
+mark events, and see everything.
+
+They do not command the laser."""
 
 MONITOR: Final = Access(subscribes=OPERATOR.subscribes)
 """Who looks and records, and changes nothing."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 from lce_data.wave_file import MAX_DURATION_S, read_wave
 from lce_data.waveforms import RATE_HZ, SHAPES, Floats
 
@@ -78,8 +78,11 @@ def one(text: str) -> Wave:
     if path.suffix.lower() == ".csv" or path.is_file():
         time_s, power_w = read_wave(path)
         return _on_grid(re.sub(r"[^\w.+-]+", "_", path.stem), text, time_s, power_w)
-    known = ", ".join([*SHAPES, *CAMPAIGNS])
-    raise LceError(f"unknown protocol {text!r}; it is one of {known}, or a CSV file with time_s,power_w")
+    known = [*SHAPES, *CAMPAIGNS]
+    raise LceError(
+        f"unknown protocol {text!r}{did_you_mean(kind, known)}; it is one of {', '.join(known)}, or a CSV file with "
+        "time_s,power_w"
+    )
 
 
 def _from_shape(text: str, kind: str, rest: str) -> Wave:
@@ -88,7 +91,10 @@ def _from_shape(text: str, kind: str, rest: str) -> Wave:
         key, equals, value = item.partition("=")
         key = key.strip().lower().replace("_", "")
         if not equals or key not in shape.options:
-            raise LceError(f"{kind}: unknown option {item.strip()!r}; it has {', '.join(shape.options)}")
+            raise LceError(
+                f"{kind}: unknown option {item.strip()!r}{did_you_mean(key, shape.options)}; "
+                f"it has {', '.join(shape.options)}"
+            )
         if key in given:
             raise LceError(f"{kind}: option {key!r} is given twice")
         given[key] = shape.options[key].read(kind, key, value)

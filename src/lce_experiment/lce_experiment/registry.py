@@ -14,6 +14,10 @@ if TYPE_CHECKING:  # the command line reads this table without ROS
 
 NAMESPACE: Final = "/lce"
 
+SIGINT_BLOCKED: Final = ("env", "--block-signal=INT")
+"""Before the command line of a node: Ctrl-C waits until the node handles it (lce_ros.executable), and so never strikes
+the start of Python itself."""
+
 
 def arm_call(namespace: str = NAMESPACE) -> tuple[str, ...]:
     """The command that arms the laser of a namespace."""
@@ -27,7 +31,7 @@ class NodeSpec:
     Parameters
     ----------
     name : of the node and of its executable.
-    module : runs it as a process (``python -m``); its package holds the executable.
+    module : has its class, and a ``main`` that runs it; its package holds the executable.
     factory : name of its class in that module.
     """
 
@@ -47,7 +51,7 @@ class NodeSpec:
     @property
     def command(self) -> list[str]:
         """Command line that runs the node as a process of its own, which imports nothing from the current folder."""
-        return [sys.executable, "-P", "-m", self.module]
+        return [*SIGINT_BLOCKED, sys.executable, "-P", "-m", "lce_ros.executable", self.module]
 
 
 PLAYER: Final = NodeSpec("experiment_player", "lce_experiment.nodes.experiment_player_node", "ExperimentPlayer")

@@ -14,7 +14,7 @@ from lce_experiment.access import ACCESS, EVERY_NODE, MONITOR, OPERATOR, Access
 
 VERSION: Final = "0.2.0"
 """Of the format: https://design.ros2.org/articles/ros2_access_control_policies.html"""
-HEAD: Final = '<?xml version="1.0" encoding="UTF-8"?>\n<!-- Written by `lce policy`: docs/security.md -->\n'
+HEAD: Final = '<?xml version="1.0" encoding="UTF-8"?>\n<!-- Written by `lce policy`: docs/how-to/security.md -->\n'
 
 
 def policy_xml(namespace: str) -> str:

@@ -20,11 +20,12 @@ from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
 
-DIE = [sys.executable, "-c", "import sys\nprint('the reason', file=sys.stderr)\nsys.exit(3)"]
+LAST = "print('the reason\\n[INFO] [1.0] [lce.laser]: dark', file=sys.stderr)"
+DIE = [sys.executable, "-c", f"import sys\n{LAST}\nsys.exit(3)"]
 READY = [sys.executable, "-c", "import time\nprint('ready', flush=True)\ntime.sleep(60)"]
 
 
-def test_a_child_that_dies_is_named_with_its_last_line(tmp_path: Path) -> None:
+def test_a_child_that_dies_is_named_with_its_last_line_that_is_more_than_information(tmp_path: Path) -> None:
     end = time.monotonic() + 10
     said = r"^laser ended early \(status 3\): the reason$"
     with pytest.raises(LceError, match=said), Processes(tmp_path) as processes:  # noqa: PT012

@@ -66,8 +66,8 @@ def test_a_campaign_is_not_one_run() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("puls:amp=1", "unknown protocol 'puls:amp=1'; it is one of pulse, stairs"),
-        ("pulse:ampl=1", "pulse: unknown option 'ampl=1'; it has amp, th"),
+        ("puls:amp=1", "unknown protocol 'puls:amp=1' (did you mean 'pulse'?); it is one of pulse, stairs"),
+        ("pulse:ampl=1", "pulse: unknown option 'ampl=1' (did you mean 'amp'?); it has amp, th"),
         ("pulse:amp", "unknown option 'amp'"),
         ("pulse:amp=much", "amp = 'much' is not a number"),
         ("pulse:amp=nan", "amp = nan is outside -100 .. 100 W"),

@@ -10,5 +10,5 @@ from lce_experiment.registry import NodeSpec
 def test_a_node_imports_nothing_from_the_folder_that_it_is_started_in(tmp_path: Path) -> None:
     (tmp_path / "this.py").write_text("print('what lay in the folder was run')\n")
     command = NodeSpec("node", "this", "").command  # a module of Python's own, as any that a node imports
-    said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True, timeout=20.0).stdout
-    assert said.startswith("The Zen of Python")
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=20.0)
+    assert done.stdout.startswith("The Zen of Python")  # and ends there: that module has no main

@@ -9,6 +9,8 @@
     the tables of a diagnosis, which the command prints too.
 ``pages/``
     the reports, one file each: `lce compare`, `diagnose`, `discover`, `add`, `tune` and `control`.
+``paper``
+    the curves of a page as SVG and PDF.
 ``html/``, ``templates/``, ``static/``
     how blocks become HTML, and what draws them.
 

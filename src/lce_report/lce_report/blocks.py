@@ -23,11 +23,18 @@ NUMBER: Final = re.compile(r"\(?[−+-]?[.\d]")
 
 @dataclass(frozen=True)
 class Axis:
-    """What an axis shows, and its unit ("1" for a pure number); ``whole`` if its ticks are whole numbers."""
+    """What an axis shows, and its unit ("1" for a pure number).
+
+    whole : its ticks are whole numbers.
+    from_zero : the y axis of Lines begins at zero, so that heights can be compared.
+    log : an axis of Lines is logarithmic; all numbers are positive.
+    """
 
     name: str
     unit: str
     whole: bool = False
+    from_zero: bool = False
+    log: bool = False
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Lines:
-    """Curves over one increasing x. Figures that are ``linked`` by the same name zoom and point together in x."""
+    """Curves over one increasing x. Figures that are ``linked`` by the same name zoom and point together in x.
+
+    ``marks`` are labelled lines across, at values of x.
+    """
 
     title: str
     x_axis: Axis
@@ -53,6 +63,7 @@ class Lines:
     curves: Sequence[Curve]
     linked: str = ""
     height: int = 170
+    marks: Sequence[tuple[float, str]] = ()
 
 
 @dataclass(frozen=True)

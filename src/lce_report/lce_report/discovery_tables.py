@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DiscoveryTables:
-    """What is told of a discovery beside its sentences.
+    """What reports show of a discovery beside its sentences.
 
     errors : of the model as given, refitted, and with what was found.
     formulas : that describe what was found; None if there are none.

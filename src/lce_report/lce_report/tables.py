@@ -12,6 +12,7 @@ from lce_analysis.diagnosis.diagnosis import EVENT
 from lce_analysis.diagnosis.misfit import NOISE, Misfit, share_of
 from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import SENSORS, Channel
+from lce_data.units import after_number, in_head
 from lce_model import Model
 from lce_model.effects import Effect
 from lce_report.blocks import Table
@@ -38,7 +39,7 @@ WITHOUT_WITH: Final = "without → with: on data left out, × noise"
 
 @dataclass(frozen=True)
 class DiagnosisTables:
-    """What is told of a diagnosis beside its sentences.
+    """What reports show of a diagnosis beside its sentences.
 
     errors : of the model as given, refitted, and with what was added.
     steps : what each change of the model did; None if nothing was changed.
@@ -60,7 +61,7 @@ class DiagnosisTables:
 
 @dataclass(frozen=True)
 class AdditionTables:
-    """What is told of an added effect beside its sentence.
+    """What reports show of an added effect beside its sentence.
 
     errors : of the model as given, refitted, and with the effect, for each run.
     strengths : of the effect, run by run.
@@ -134,7 +135,7 @@ def outcome(standing: Standing, reason: str) -> str:
 
 def estimate(value: float, standard_error: float, unit: str = "1") -> str:
     """A value with its standard error and unit, two digits of the error: "0.1201 ± 0.0012 W"."""
-    after = "" if unit == "1" else f" {unit}"
+    after = after_number(unit)
     if not (math.isfinite(standard_error) and standard_error > 0.0):
         return f"{value:.3g}{after}".replace("-", "−")
     size = math.floor(math.log10(max(abs(value), standard_error)))
@@ -152,7 +153,7 @@ def values_by_run(model: Model) -> Table:
     rows += [("another run", *(f"{value.value:.4g}" for value in values.values()))]
     spreads = [v.spread for v in model.varies.values()]
     rows += [("spread from run to run", *(NOTHING if x is None else f"{x:.2g}" for x in spreads))]
-    head = ("run", *(key if value.unit == "1" else f"{key} [{value.unit}]" for key, value in values.items()))
+    head = ("run", *(in_head(key, value.unit) for key, value in values.items()))
     return Table("What differs from run to run, ± standard error", head, rows)
 
 
@@ -234,8 +235,7 @@ def _strengths(found: Mapping[Effect, ByRun]) -> Table:
     head = ["run"]
     columns: list[list[str]] = []
     for effect, (overall, by_run) in found.items():
-        unit = effect.parameter(effect.strength).unit
-        head.append(effect.strength_key if unit == "1" else f"{effect.strength_key} [{unit}]")
+        head.append(in_head(effect.strength_key, effect.parameter(effect.strength).unit))
         columns.append([_estimate(e) for e in ([overall] if overall else []) + list(by_run.values())])
     overall, by_run = next(iter(found.values()))
     runs = [*(["all runs"] if overall else []), *by_run]
@@ -276,7 +276,7 @@ def _held_out(c: Candidate, accepted: Mapping[str, Step]) -> HeldOut | None:
 
 def _evidence(c: Candidate) -> tuple[str, ...]:
     score, unit = c.score, c.effect.parameter(c.effect.strength).unit
-    after = "" if unit == "1" else f" {unit}"
+    after = after_number(unit)
     return (
         c.effect.name,
         c.effect.stage,
@@ -318,7 +318,7 @@ def _went(before: float, after: float) -> str:
 
 def percent(share: float) -> str:
     """A share in whole percent."""
-    return f"{share:.0%}".replace("-", "−")
+    return f"{share:z.0%}".replace("-", "−")
 
 
 def _estimate(found: Estimate | None, unit: str = "1") -> str:

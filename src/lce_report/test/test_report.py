@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from lce_analysis.comparison.compare import compare
 from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Unit
+from lce_data.experiment_file import Conditions, Experiment
+from lce_data.marker import Marker
 from lce_data.run import Run
-from lce_model import Model
+from lce_model import Model, default_model
 from lce_report import (
     Axis,
     Bars,
@@ -219,7 +221,7 @@ def test_the_page_of_a_comparison(strip: Model, recorded: Record) -> None:
     assert (
         text.index(comparison.sentences[0]) < text.index("Misfit") < text.index("Run pulse") < text.index("Run stairs")
     )
-    for wanted in ("NRMSE", "SMAPE", "RMS √(Σe²/N)", "as printed", "Data (SHA-256)", "Written by lce", "heating, hold"):
+    for wanted in ("NRMSE", "SMAPE", "RMS error", "as printed", "Data (SHA-256)", "Written by lce", "heating, hold"):
         assert wanted in text
     figures = json.loads(_Page(text).text["figures"])
     assert all(f["xAxis"]["unit"] and f["yAxis"]["unit"] for f in figures)
@@ -297,3 +299,14 @@ def test_a_page_that_answers_has_every_sample_and_cells_to_pick() -> None:
     sent = np.frombuffer(numbers.packed(), "<f4")[begin : begin + length]
     assert np.array_equal(np.isnan(sent), x > 0.5) and sent[100] == np.float32(x[100])
     assert "data-pick" not in Fragment(Arrays()).block(heat)
+
+
+def test_a_report_tells_specimen_notes_and_markers_as_text(recorded: Record) -> None:
+    stated = Conditions(specimen="A7 <b>", day="2026-11-22", other={"notes": "a & b"})
+    run = replace(
+        recorded("marked"), experiment=Experiment(conditions=stated), markers=(Marker(3.0, "</script><i>lamp"),)
+    )
+    page = render_comparison(compare(default_model("lumped", "equilibrium"), [run]))
+    for words in ("Specimen: A7 &lt;b&gt;", "Day: 2026-11-22", "Notes: a &amp; b"):
+        assert words in page
+    assert "Marked: &lt;/script&gt;&lt;i&gt;lamp at 3.0 s" in page and "</script><i>" not in page

@@ -35,6 +35,8 @@ from lce_ros.node import run
 class ExperimentPlayer(Player):
     """Plays one waveform."""
 
+    reports_on = "waveform"
+
     def __init__(self, on_finish: Callable[[], object] = lambda: None, **options: Any) -> None:
         super().__init__("experiment_player", on_finish, **options)
         text = self.declare("protocol", "", "protocol of one run, or path of a wave.csv", read_only=True)
@@ -43,7 +45,8 @@ class ExperimentPlayer(Player):
             raise LceError("experiment_player: parameter protocol is empty; give a protocol or a wave.csv")
         self._wave = protocols.one(text)
         self._command = self.advertise(Float64, COMMAND)
-        self.begin(self._wave.duration_s, {COMMAND: [LASER.name, *([RECORDER.name] if recorded else [])]})
+        what = f"{self._wave.text}: at most {self._wave.power_w.max():.3g} W"
+        self.begin(what, self._wave.duration_s, {COMMAND: [LASER.name, *([RECORDER.name] if recorded else [])]})
 
     def close(self) -> None:
         """Leave the laser with a zero, however the player ends."""

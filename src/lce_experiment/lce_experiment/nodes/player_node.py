@@ -14,9 +14,12 @@ from lce_data.errors import LceError
 from lce_data.topics import ARMED
 from lce_experiment.protocols import RATE_HZ
 from lce_experiment.registry import LASER, arm_call
+from lce_ros.health import Level
 from lce_ros.node import LceNode
 
 _REPORT_S = 0.25
+_USUAL_S = 5.0
+"""Listeners that take longer to subscribe are a warning [s]."""
 _REASON_S = 1.5
 """Time between a laser that is no longer armed and the end of the player [s]: a reason comes within a second."""
 
@@ -65,12 +68,14 @@ class Player(LceNode):
         self.listen_for_errors(LASER.name, self._stop)
         self.listen(Bool, ARMED, self._take_armed, latched=True)
 
-    def begin(self, duration_s: float, listeners: Mapping[str, Sequence[str]]) -> None:
-        """Play for ``duration_s`` [s] once the nodes named in ``listeners`` subscribe to its topics."""
+    def begin(self, what: str, duration_s: float, listeners: Mapping[str, Sequence[str]]) -> None:
+        """Play for ``duration_s`` [s] once the nodes named in ``listeners`` subscribe to its topics; log ``what``."""
         self.total_s = duration_s + 2 * self._lead_s
         self._listeners = {
             (self.resolve_topic_name(topic), name) for topic, names in listeners.items() for name in names
         }
+        names = ", ".join(sorted({name for _, name in self._listeners}))
+        self.get_logger().info(f"{what}; {self.total_s:g} s with the dark, {RATE_HZ:g} Hz; waiting for {names}")
         self.every(1 / RATE_HZ, self._tick)
 
     def play(self, time_s: float) -> None:
@@ -89,17 +94,20 @@ class Player(LceNode):
             if not (self._all_listen(now_s) and self._may_shine(now_s)):
                 return
             self._began_s = now_s
+            self.tell(Level.OK, "playing")
         self.played_s = now_s - self._began_s
         if self.finished:
             return
         if self._dark_since_s is not None and now_s - self._dark_since_s > _REASON_S:
             raise LceError(f"{self.get_name()}: stopped: the laser was disarmed")
         self.play(self.played_s - self._lead_s)
+        self.report(Level.OK, "playing", played_s=self.played_s, total_s=self.total_s)
         if self._progress and (self.played_s >= self._reported_s or self.played_s >= self.total_s):
             self._reported_s = self.played_s + _REPORT_S
             print(f"{min(self.played_s, self.total_s):.2f}", flush=True)
         if self.played_s >= self.total_s:
             self.finished = True
+            self.tell(Level.OK, "complete")
             self._on_finish()
 
     def _all_listen(self, now_s: float) -> bool:
@@ -109,8 +117,10 @@ class Player(LceNode):
         missing = self._listeners - self._subscribers()
         if not missing and self._matched():
             return True
+        names = ", ".join(sorted({name for _, name in missing or self._listeners}))
+        level = Level.OK if now_s - self._asked_s < _USUAL_S else Level.WARN
+        self.report(level, f"waiting for {names}")
         if now_s - self._asked_s > self._patience_s:
-            names = ", ".join(sorted({name for _, name in missing or self._listeners}))
             raise LceError(f"{self.get_name()}: no {names} after {self._patience_s:g} s")
         return False
 
@@ -118,6 +128,7 @@ class Player(LceNode):
         """Whether the laser is armed. Raises LceError when patience is over; it is that of a human."""
         if self._armed:
             return True
+        self.report(Level.OK, "waiting for laser/arm")
         if self._waiting_since_s is None:
             self._waiting_since_s = now_s
         elif not self._asked_to_arm and now_s - self._waiting_since_s > 1.0:

@@ -7,7 +7,8 @@ Parameters  out             folder of the recording; must not exist; empty: runs
             after           the recorder subscribes to laser/power_command a second after each of these topics has had
                             a message. A player that waits for the recorder then knows that everything arrives.
             flush_period_s  s, how often messages go to the operating system: the most that a kill -9 can cost
-            experiment      JSON object, the beginning of experiment.yaml beside the bag
+            experiment      JSON object, the beginning of experiment.yaml beside the bag. The recorder adds the versions
+                            of the software; all of it also stands in custom_data of the bag's metadata.yaml
 
 Log time and publish time of a message are the time at which its publisher sent it: a recorder that stalls shifts
 nothing. On simulated time they are the node's clock. A message that was sent before the recording began, such as a
@@ -29,6 +30,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -43,7 +45,8 @@ from lce_data.topics import COMMAND, LATCHED_TOPICS, RECORDED
 from lce_experiment.plan import RUNS, new_folder
 from lce_ros.health import Level
 from lce_ros.node import LceNode, run
-from lce_ros.qos import LATCHED, deeper
+from lce_ros.qos import LATCHED_LISTENERS, deeper
+from lce_ros.repeats import Repeats
 
 _QUEUE: Final = 1000
 """Messages of a topic that the middleware keeps while this node is busy, with a slow disk for example: 10 s at 100 Hz.
@@ -57,6 +60,8 @@ LAST_ZERO_S: Final = 1.0
 """Longest time for which a recorder that is stopped waits until the laser has said that it is dark [s]. Ctrl-C in a
 terminal stops both at once."""
 _LOOK_S: Final = 0.01
+SILENT_S: Final = 5.0
+"""After this time the log names the topics of ``after`` that are still silent [s]."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +77,16 @@ class _Stream:
 class Recorder(LceNode):
     """Takes raw messages and writes a rosbag2 folder."""
 
+    reports_on = "recording"
+
     def __init__(self, **options: Any) -> None:
         super().__init__("recorder", **options)
         out, topics, after, about, flush_s = self._declare_parameters()
         streams = [self._stream(entry) for entry in topics]
         self._after = {self.resolve_topic_name(topic) for topic in after if topic} & {s.name for s in streams}
         self.folder = Path(out) if out else new_folder(RUNS)
-        self._bag = BagWriter(self.folder)
+        about = experiment.with_provenance(about)
+        self._bag = BagWriter(self.folder, experiment.custom_data(about))
         self._about = about.with_entries(started=experiment.now())
         experiment.write(self.folder, self._about)
         self._numbers: dict[str, int] = {}
@@ -91,8 +99,11 @@ class Recorder(LceNode):
         for stream in streams:
             if stream not in self._later:
                 self._record(stream)
-        self._complete_s = math.inf
+        self._complete_s = self._flushed_s = math.inf
         self.every(flush_s, self._flush)
+        self.get_logger().info(
+            f"recording {len(streams)} topics into {self.folder.absolute()}, to the disk every {flush_s:g} s"
+        )
 
     def close(self) -> None:
         """Finish the bag once the laser is dark, with what is still in the queues."""
@@ -118,6 +129,8 @@ class Recorder(LceNode):
             # On a full disk this may fail, too; what the bag says of it is the better line.
             with suppress(LceError) if self._bag.failed else nullcontext():
                 experiment.write(self.folder, self._about)
+        count, lost = sum(self._bag.counts.values()), sum(self._lost.values())
+        self.get_logger().info(f"{count} messages in {self.folder.absolute()}, {lost} lost")
 
     def _take_waiting(self) -> None:
         """Record what is in the queues; the executor is over."""
@@ -168,10 +181,14 @@ class Recorder(LceNode):
 
     def _record(self, stream: _Stream) -> None:
         self.received.setdefault(stream.name, 0)
-        qos = LATCHED if stream.topic in LATCHED_TOPICS else deeper(_QUEUE)
-        self.create_subscription(stream.kind, stream.topic, functools.partial(self._keep, stream), qos, raw=True)
+        keep = functools.partial(self._keep, stream, Repeats())
+        quiet = SubscriptionEventCallbacks(use_default_callbacks=False)  # one of LATCHED_LISTENERS may match in vain
+        for qos in LATCHED_LISTENERS if stream.topic in LATCHED_TOPICS else (deeper(_QUEUE),):
+            self.create_subscription(stream.kind, stream.topic, keep, qos, raw=True, event_callbacks=quiet)
 
-    def _keep(self, stream: _Stream, message: bytes, info: dict[str, Any]) -> None:
+    def _keep(self, stream: _Stream, repeats: Repeats, message: bytes, info: dict[str, Any]) -> None:
+        if stream.topic in LATCHED_TOPICS and repeats.has(info["source_timestamp"]):
+            return
         topic = stream.name
         self.received[topic] += 1
         if topic not in self._bag.counts:
@@ -201,6 +218,12 @@ class Recorder(LceNode):
 
     def _flush(self) -> None:
         self._bag.flush()
+        self._flushed_s = min(self._flushed_s, self.now_s())
+        silent = self._after if self.now_s() - self._flushed_s > SILENT_S else ()
+        if silent:
+            self.report(Level.WARN, f"recording, with no message yet on {', '.join(sorted(silent))}")
+        else:
+            self.report(Level.OK, "recording")
         if (lost := sum(self._lost.values())) != self._lost_told:  # now, for the case that the recorder is killed
             self._lost_told = lost
             experiment.write(self.folder, self._about.with_entries(lost=dict(sorted(self._lost.items()))))

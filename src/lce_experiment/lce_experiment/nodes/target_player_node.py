@@ -39,6 +39,8 @@ from lce_ros.node import run
 class TargetPlayer(Player):
     """Plays targets, each held until the next."""
 
+    reports_on = "targets"
+
     def __init__(self, on_finish: Callable[[], object] = lambda: None, **options: Any) -> None:
         super().__init__("target_player", on_finish, **options)
         self._time_s = np.array(self.declare("time_s", [0.0], "when each target is set [s]", read_only=True))
@@ -57,7 +59,8 @@ class TargetPlayer(Player):
         self._set: float | None = None
         self._target = self.advertise(Float64, TARGET, latched=True)
         # The recorder subscribes to commands once it has a message of each sensor.
-        self.begin(duration_s, {TARGET: wait_for, COMMAND: [RECORDER.name] if recorded else []})
+        what = f"targets of {', '.join(f'{1e3 * target:g}' for target in self._target_m)} mm"
+        self.begin(what, duration_s, {TARGET: wait_for, COMMAND: [RECORDER.name] if recorded else []})
 
     def play(self, time_s: float) -> None:
         """Publish the target of ``time_s`` [s] if it is another one."""

@@ -33,7 +33,8 @@ def run_fast(plan: Plan, progress: Progress) -> None:
     stopped = threading.Event()
     with tempfile.TemporaryDirectory(prefix="lce_run_") as folder, stop_signals(stopped.set):
         arguments = plan.ros_arguments(Path(folder) / "parameters.yaml")
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        # What a node has to say beside the progress is in its exception, or in the recorded /diagnostics.
+        rclpy.init(args=[*arguments, "--disable-stdout-logs"], signal_handler_options=SignalHandlerOptions.NO)
         nodes: list[LceNode] = []
         try:
             for spec in plan.nodes:

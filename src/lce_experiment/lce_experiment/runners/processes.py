@@ -19,7 +19,8 @@ _STOP_S = 8.0
 class Processes:
     """Children by name; leaving the context ends them, the first started last.
 
-    Each child prints into a file of its own in `logs`; if it dies, the error shows the last line of that file.
+    Each child prints into a file of its own in `logs`; if it dies, the error shows the last line of that file that is
+    more than information.
     """
 
     def __init__(self, logs: Path) -> None:
@@ -73,6 +74,10 @@ class Processes:
         if process.returncode not in (0, -signal.SIGINT):
             raise LceError(f"{name} did not end well ({_how(process.returncode)}){self._last_words(name)}")
 
+    def log(self, name: str) -> str:
+        """What a child has printed."""
+        return self._log(name).read_text(errors="replace")
+
     def __enter__(self) -> Processes:
         return self
 
@@ -94,7 +99,7 @@ class Processes:
         return self._logs / f"{name}.log"
 
     def _last_words(self, name: str) -> str:
-        lines = self._log(name).read_text(errors="replace").strip().splitlines()
+        lines = [line for line in self.log(name).strip().splitlines() if not line.startswith("[INFO]")]
         return f": {lines[-1].strip()}" if lines else ""
 
 

@@ -12,17 +12,16 @@ from lce_data.channels import Channel
 from lce_report.blocks import Bars, Grid, Group, Heat, Role, Table
 from lce_report.figures.axes import difference_scale, title
 
-MISFIT_HEAD = (
+MISFIT_HEAD: Final = (
     "run",
     "series",
-    "RMS √(Σe²/N)",
+    "RMS error",
     "sensor noise",
-    "RMS / noise",
-    "NRMSE (4.24)",
-    "SMAPE (4.23)",
-    "RMSE (1/N)√Σe², (4.18) as printed",
+    "error / noise",
+    "NRMSE",
     "autocorrelation outside ±1.96/√N",
 )
+DISSERTATION_HEAD: Final = ("run", "series", "RMSE (1/N)√Σe², (4.18) as printed", "SMAPE (4.23)", "NRMSE (4.24)")
 
 ROLES: Final[Mapping[str, Role]] = {"as given": "quiet", "refitted": "before", "before": "before"}
 """Colours of the models by what they are called; one with more effects is after."""
@@ -42,12 +41,21 @@ def misfit(comparison: Comparison) -> Table:
                     f"{m.noise * scale:.2g} {unit}",
                     f"{m.over_noise:.2f}",
                     f"{m.nrmse:.2%}",
-                    f"{m.smape:.3%}",
-                    f"{m.rmse_printed * scale:.3g} {unit}",
                     f"{compared.autocorrelation.outside:.0%}",
                 )
             )
     return Table("", MISFIT_HEAD, rows)
+
+
+def dissertation_measures(comparison: Comparison) -> Table:
+    """The measures of Wu (2021), to be held beside its tables."""
+    rows = []
+    for run in comparison.runs:
+        for channel, compared in run.channels.items():
+            m = compared.metrics
+            printed = f"{m.rmse_printed * difference_scale(channel):.3g} {channel.difference.symbol}"
+            rows.append((run.run.name, title(channel), printed, f"{m.smape:.3%}", f"{m.nrmse:.2%}"))
+    return Table("", DISSERTATION_HEAD, rows)
 
 
 def where(channel: Channel, found: ErrorShares) -> Grid:

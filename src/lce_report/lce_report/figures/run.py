@@ -2,6 +2,7 @@
 """A run beside its model: everything over time, loops, and each residual over what it may depend on."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final, Literal
 
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 
 from lce_analysis.comparison.compare import ChannelComparison, RunComparison
 from lce_analysis.comparison.residuals import Correlation
+from lce_analysis.comparison.spectrum import spectrum
 from lce_data.channels import POWER, TEMPERATURE, Channel
+from lce_data.run import Run
 from lce_report.blocks import Axis, Curve, Figure, Grid, Heat, Lines, Loop, Role, Section, Trace
 from lce_report.figures.axes import RATE, TIME, difference_scale, displayed, residual_axis, title, value_axis
 
@@ -52,17 +55,27 @@ def run_section(run: RunComparison, loop_by: Colouring = "nothing") -> Section:
         _loop(run, compared, loop_by) for compared in channels if compared.channel is not TEMPERATURE
     ]
     beside += [_over(compared, "temperature", name, 280) for compared in channels]
-    protocol = run.run.experiment.protocol
-    about = [f"Protocol: {protocol}."] if protocol else []
+    marks = tuple((marker.time_s, marker.text) for marker in run.run.markers)
+    over_time = [replace(figure, marks=marks) if isinstance(figure, Lines) else figure for figure in over_time]
     return Section(
         f"Run {name}",
         (
-            *about,
+            *_about(run.run),
             Grid((tuple(over_time), tuple(beside)), (3, 2)),
             *(Grid(_residuals(compared, name), (1, 1, 1, 1)) for compared in channels),
+            Grid(tuple(_spectrum(compared) for compared in channels), (1, 1)),
             *(_map(compared) for compared in channels),
         ),
     )
+
+
+def _about(run: Run) -> list[str]:
+    """What was run, on which specimen, with which notes, and what was marked."""
+    stated = run.experiment.conditions
+    words = {"Protocol": run.experiment.protocol, "Specimen": stated.specimen, "Day": stated.day}
+    words |= {"Notes": stated.other.get("notes")}
+    words |= {"Marked": ", ".join(f"{marker.text} at {marker.time_s:.1f} s" for marker in run.markers)}
+    return [f"{key}: {value}" for key, value in words.items() if value not in (None, "")]
 
 
 def _over_time(compared: ChannelComparison, linked: str) -> list[Figure]:
@@ -162,6 +175,22 @@ def _residuals(compared: ChannelComparison, linked: str) -> tuple[Figure, ...]:
         _correlation(f"autocorrelation of {name}", "lag", compared.autocorrelation, "±1.96/√N"),
         _correlation(of_input, f"lag after {drive.symbol}", compared.input_correlation, "95% of chance"),
     )
+
+
+def _spectrum(compared: ChannelComparison) -> Lines:
+    """At which frequencies the run varies, and at which the model misses it."""
+    channel, scale = compared.channel, difference_scale(compared.channel)
+    shown: tuple[tuple[str, Floats, Role], ...] = (
+        ("measured", compared.measured, "measured"),
+        ("model", compared.modelled, "model"),
+        ("residual", compared.residual, "residual"),
+    )
+    found = {label: spectrum(compared.time_s, values) for label, values, _ in shown}
+    curves = [Curve(label, found[label].density * scale, role) for label, _, role in shown]
+    density = Axis(f"spectral density of {channel.symbol}", f"{channel.difference.symbol}/√Hz", log=True)
+    frequency = Axis("frequency", "Hz", log=True)
+    heading = f"spectrum of {title(channel)}"
+    return Lines(heading, frequency, density, found["measured"].frequency_hz, curves, height=220)
 
 
 def _correlation(heading: str, lag: str, found: Correlation, band: str) -> Lines:

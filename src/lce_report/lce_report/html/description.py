@@ -46,6 +46,7 @@ class LinesDescription(FigureDescription):
 
     x: Numbers
     curves: list[CurveDescription]
+    marks: list[tuple[float, str]]
 
 
 class LoopDescription(FigureDescription):

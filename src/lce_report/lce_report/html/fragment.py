@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lce_report.blocks import Bars, Block, Curve, Details, Grid, Heat, Intervals, Lines, Loop, Table, Trace
-from lce_report.html.arrays import Arrays, Indices, Samples, distinct, visible
+from lce_report.blocks import Axis, Bars, Block, Curve, Details, Grid, Heat, Intervals, Lines, Loop, Table, Trace
+from lce_report.html.arrays import Arrays, Floats, Indices, Samples, distinct, visible
 from lce_report.html.description import (
     CurveDescription,
     FigureDescription,
@@ -78,17 +78,18 @@ class Fragment:
             return {**figure, "traces": [self._trace(trace) for trace in block.traces]}
         edges = [e for c in block.curves for e in (c.y, c.low, c.high) if e is not None]
         keep = np.arange(block.x.size) if self._answers else visible(edges)
-        x = self.arrays.add(block.x[keep])
-        return {**figure, "x": x, "curves": [self._curve(curve, keep) for curve in block.curves]}
+        x = self.arrays.add(_scaled(block.x[keep], block.x_axis))
+        curves = [self._curve(curve, keep, block.y_axis) for curve in block.curves]
+        return {**figure, "x": x, "curves": curves, "marks": list(block.marks)}
 
-    def _curve(self, curve: Curve, keep: Indices) -> CurveDescription:
+    def _curve(self, curve: Curve, keep: Indices, axis: Axis) -> CurveDescription:
         """The samples ``keep`` of a curve."""
-        y = self.arrays.add(curve.y[keep])
+        y = self.arrays.add(_scaled(curve.y[keep], axis))
         described: CurveDescription = {"label": curve.label, "role": curve.role, "form": curve.form, "y": y}
         if curve.low is not None:
-            described["low"] = self.arrays.add(curve.low[keep])
+            described["low"] = self.arrays.add(_scaled(curve.low[keep], axis))
         if curve.high is not None:
-            described["high"] = self.arrays.add(curve.high[keep])
+            described["high"] = self.arrays.add(_scaled(curve.high[keep], axis))
         return described
 
     def _trace(self, trace: Trace) -> TraceDescription:
@@ -104,6 +105,11 @@ class Fragment:
         if trace.at is not None:
             described["at"] = self.arrays.add(trace.at[keep])
         return described
+
+
+def _scaled(values: Floats, axis: Axis) -> Floats:
+    """The numbers as the page gets them: logarithms for a logarithmic axis, so that small ones keep their digits."""
+    return np.log10(values) if axis.log else values
 
 
 def _heat_cells(heat: Heat) -> list[list[dict[str, str | bool | None]]]:

@@ -5,8 +5,8 @@ from lce_analysis.comparison.compare import Comparison
 from lce_analysis.comparison.predictive_check import PredictiveCheck
 from lce_analysis.options import CompareOptions
 from lce_model import Model
-from lce_report.blocks import Section, Table
-from lce_report.figures.errors import misfit, where
+from lce_report.blocks import Details, Section, Table
+from lce_report.figures.errors import dissertation_measures, misfit, where
 from lce_report.figures.predictive_check import predictive_check_section
 from lce_report.figures.run import run_section
 from lce_report.html.render import render
@@ -29,7 +29,10 @@ def render_comparison(comparison: Comparison, check: PredictiveCheck | None = No
     runs = [compared.run for compared in comparison.runs]
     heading = f"The {model_name(comparison.model)} beside {len(runs)} run{'s' if len(runs) > 1 else ''}"
     sections = (
-        Section("Misfit", (misfit(comparison),)),
+        Section(
+            "Misfit",
+            (misfit(comparison), Details("The dissertation's measures", (dissertation_measures(comparison),))),
+        ),
         Section(
             "Where the error sits",
             (*(where(c, shares) for c, shares in comparison.shares.items()), _conditions(comparison.options)),

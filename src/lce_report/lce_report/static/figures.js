@@ -2,6 +2,31 @@
 // The figures of a report and of the workbench: curves over x, traces in the plane, linked by name.
 // array(spec) gives the numbers of an array of a figure; null is a gap.
 "use strict";
+// Labelled lines across a plot, at values [x, text] of x.
+const lceMarks = (u, marks, colour) => {
+  const { ctx, bbox } = u, { min, max } = u.scales.x, r = devicePixelRatio;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  Object.assign(ctx, { font: `${11 * r}px system-ui, sans-serif`, textAlign: "left", textBaseline: "alphabetic", lineWidth: r });
+  ctx.strokeStyle = colour("ink");
+  ctx.setLineDash([4 * r, 3 * r]);
+  marks.forEach(([at, text], i) => {
+    if (at < min || at > max) return;
+    const x = Math.round(u.valToPos(at, "x", true)), y = bbox.top + 13 * (i % 3) * r, width = ctx.measureText(text).width;
+    const left = x + width + 8 * r > bbox.left + bbox.width ? x - width - 5 * r : x + 5 * r;
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.fillStyle = colour("panel");
+    ctx.fillRect(left - 2 * r, y + r, width + 4 * r, 13 * r);
+    ctx.fillStyle = colour("ink");
+    ctx.fillText(text, left, y + 12 * r);
+  });
+  ctx.restore();
+};
 const lceFigures = (array) => {
   const plots = [];
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -19,9 +44,12 @@ const lceFigures = (array) => {
   };
   const axes = (figure) => [axis(figure.xAxis, 26), axis(figure.yAxis, 58)];
   // uPlot's own range, but 0 to 1 around nothing but zeros, where it takes 0 to 100.
-  const range = (u, min, max) => {
+  const log = (about) => (about.log ? { distr: 3 } : undefined);
+  const range = (about) => (u, min, max) => {
     if (min == null) return [null, null];
-    return min === 0 && max === 0 ? [0, 1] : uPlot.rangeNum(min, max, 0.1, true);
+    if (min === 0 && max === 0) return [0, 1];
+    const [low, high] = uPlot.rangeNum(min, max, 0.1, true);
+    return [about.from_zero ? Math.min(low, 0) : low, high];
   };
 
   // What is common to all figures: zoom with Ctrl + wheel, a line at zero, a name for those who do not see the canvas.
@@ -92,16 +120,19 @@ const lceFigures = (array) => {
     }
   }] } });
 
+  const marked = (marks) => ({ hooks: { draw: [(u) => lceMarks(u, marks, colour)] } });
+
   const drawLines = (element, figure) => {
     const series = [{ label: figure.xAxis.name, value: (u, v) => amount(v, figure.xAxis.unit) }];
-    const data = [array(figure.x)], roles = [null], bands = [];
+    const read = (numbers, { log }) => (log ? array(numbers).map((v) => (v == null ? v : 10 ** v)) : array(numbers));
+    const data = [read(figure.x, figure.xAxis)], roles = [null], bands = [];
     const add = (options, values, role) => { series.push(options); data.push(values); roles.push(role); };
     for (const { low, high, role } of figure.curves) {
       if (!low) continue;
       const fill = () => `color-mix(in srgb, ${colour(role)} 22%, transparent)`;
       bands.push({ series: [data.length, data.length + 1], fill });
       const hidden = { class: "edge", stroke: "transparent", points: { show: false } };
-      for (const edge of [high, low]) add({ ...hidden }, array(edge));
+      for (const edge of [high, low]) add({ ...hidden }, read(edge, figure.yAxis));
     }
     for (const { label, role, form, y } of figure.curves) {
       add({
@@ -110,13 +141,13 @@ const lceFigures = (array) => {
         points: { show: form === "points" || form === "marked", size: form === "marked" ? 8 : 4, fill: () => colour(role) },
         paths: form === "step" ? uPlot.paths.stepped({ align: 1 }) : form === "points" ? () => null : undefined,
         value: (u, v) => amount(v, figure.yAxis.unit),
-      }, array(y), role);
+      }, read(y, figure.yAxis), role);
     }
     const plot = new uPlot({
-      width: room(element), height: figure.height, scales: { x: { time: false }, y: { range } },
+      width: room(element), height: figure.height, scales: { x: { time: false, ...log(figure.xAxis) }, y: log(figure.yAxis) ?? { range: range(figure.yAxis) } },
       series, bands, legend: legend(roles),
       cursor: { y: false, sync: figure.linked ? { key: figure.linked } : undefined, drag: { x: true, y: false } },
-      axes: axes(figure), plugins: [zoomable(["x"]), shade(figure.linked), zero, linked(figure.linked)],
+      axes: axes(figure), plugins: [zoomable(["x"]), shade(figure.linked), zero, linked(figure.linked), marked(figure.marks)],
     }, data, element);
     if (figure.linked) group(figure.linked).lines.push(plot);
     return plot;
