@@ -16,10 +16,11 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
-    maintainer="LCE bench contributors",
-    maintainer_email="lce-bench@example.org",
+    maintainer="LCE bench maintainers",
+    maintainer_email="maintainers@lce-bench.example.org",
     description="Use cases of the bench, the lce command and the workbench page.",
     license="Apache-2.0",
+    url="https://lce-bench.example.org",
     entry_points={
         "console_scripts": [
             "lce = lce_app.cli.main:main",

@@ -46,7 +46,7 @@ def main() -> int:
     runs, test = [folder / name for name in TRAINING], ["--test", *(folder / name for name in HELD_OUT)]
     reports = [folder / f"{name}.html" for name in ("compare", "diagnose", "add")]
     steps += [
-        ["fit", *runs, "--out", model],
+        ["fit", *runs, "--deformation", "kinetic", "--out", model],
         ["compare", *runs, "--model", model, "--report", reports[0]],
         ["diagnose", *runs, *test, "--model", model, "--report", reports[1], "--json", folder / "diagnose.json"],
     ]
@@ -74,11 +74,11 @@ def _run(steps: list[list[object]]) -> int:
 
 
 def _make_strip(path: Path) -> None:
-    """A strip whose contraction partly arrives late, which the model of chapter 4 does not know."""
+    """A strip whose contraction partly arrives late, which the model fitted to it does not know."""
     from lce_model import default_model, save_model
 
     effect, values = HIDDEN
-    save_model(default_model("lumped", "equilibrium").add(effect).set(values), path)
+    save_model(default_model("lumped", "kinetic").add(effect).set(values), path)
 
 
 if __name__ == "__main__":

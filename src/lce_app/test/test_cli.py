@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `lce` command: quick help, honest exit status, one line for what the user can put right."""
 
+import argparse
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +66,38 @@ def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -
         cli.main([name, "--help"])
     assert ended.value.code == 0
     assert cli.COMMANDS[name] in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("name", list(cli.COMMANDS))
+def test_the_examples_in_the_help_are_right_usage(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    examples = cli.command_module(name).EXAMPLES
+    parser = argparse.ArgumentParser()
+    cli.command_module(name).add_arguments(parser)
+    for example in examples:
+        lce, command, *words = example.split()
+        assert (lce, command) == ("lce", name)
+        parser.parse_args(words)
+    with pytest.raises(SystemExit):
+        cli.main([name, "--help"])
+    said = capsys.readouterr().out
+    assert all(f"\n  {example}\n" in said for example in examples)
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        ("fitt", "fit"),
+        ("effects photobleeching", "photobleaching"),
+        ("run puls", "pulse"),
+        ("run hold:pwer=1", "power"),
+    ],
+)
+def test_a_mistyped_name_is_answered_with_the_right_one(
+    words: str, meant: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with suppress(SystemExit):
+        assert cli.main(words.split()) == 1
+    assert f"(did you mean '{meant}'?)" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [[], ["nothing"], ["run"], ["run", "pulse", "--fast", "--realtime"], ["repair"]])

@@ -30,12 +30,12 @@ def test_one_effect_with_equation_units_bounds_and_sources(capsys: pytest.Captur
 
 def test_an_unknown_effect_is_status_1(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["effects", "crep"]) == 1
-    assert "unknown effect 'crep'; known: ambient_drift," in capsys.readouterr().err
+    assert "unknown effect 'crep' (did you mean 'creep'?); known: ambient_drift," in capsys.readouterr().err
 
 
 def test_docs_effects_is_what_the_command_writes(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["effects", "--markdown"]) == 0
-    assert (ROOT / "docs" / "effects.md").read_text(encoding="utf-8") == capsys.readouterr().out
+    assert (ROOT / "docs" / "reference" / "effects.md").read_text(encoding="utf-8") == capsys.readouterr().out
 
 
 def test_a_setting_brings_its_effect_and_a_fit_finds_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

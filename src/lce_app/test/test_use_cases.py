@@ -96,33 +96,72 @@ def test_options_refuse_what_makes_no_sense(make: Callable[[], object], said: st
         make()
 
 
-def test_the_real_bench_is_a_launch_that_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    ros2 = tmp_path / "ros2"
-    ros2.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" > {tmp_path}/words\n')
-    ros2.chmod(0o755)
+@pytest.fixture
+def ros2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A script in place of ros2, which a test writes."""
+    file = tmp_path / "ros2"
+    file.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    return file
+
+
+def test_the_real_bench_is_a_launch_that_ends_with_the_run(tmp_path: Path, ros2: Path) -> None:
+    ros2.write_text(
+        f'#!/bin/sh\nprintf "%s\\n" "$@" > {tmp_path}/words\n'
+        f"mkdir {tmp_path}/out; echo outcome: complete > {tmp_path}/out/experiment.yaml\n"
+    )
     reported: list[str] = []
-    out, options = tmp_path / "out", record.Options(plant="hardware")
+    out, options = tmp_path / "out", record.Options(plant="hardware", conditions={"specimen": "A 7"})
     found = record.record("pulse:th=2,rest=2", out, options, lambda label, *_: reported.append(label))
     assert found.folders == (out,) and set(reported) <= {"recording out"}
     words = (tmp_path / "words").read_text().splitlines()
-    assert words == [*record.LAUNCH[1:], "protocol:=pulse:th=2,rest=2", f"out:={out}"]
+    assert words == [
+        *record.LAUNCH[1:],
+        "protocol:=pulse:th=2,rest=2",
+        f"out:={out}",
+        'conditions:={"specimen": "A 7"}',
+    ]
 
-    ros2.write_text("#!/bin/sh\necho no laser >&2\nexit 1\n")
-    with pytest.raises(LceError, match=r"launch did not end well \(status 1\): no laser"):
-        record.record("pulse:th=2,rest=2", tmp_path / "again", options)
+
+@pytest.mark.parametrize("outcome", ["failed", "interrupted", None])
+def test_a_launch_whose_recording_is_not_complete_has_failed(tmp_path: Path, ros2: Path, outcome: str | None) -> None:
+    """`ros2 launch` may return 0 all the same."""
+    line = f"outcome: {outcome}" if outcome else "protocol: pulse"
+    ros2.write_text(f"#!/bin/sh\nmkdir {tmp_path}/out; echo '{line}' > {tmp_path}/out/experiment.yaml\n")
+    with pytest.raises(LceError, match=f"out: the run is {outcome or 'not finished'}"):
+        record.record("pulse:th=2,rest=2", tmp_path / "out", record.Options(plant="hardware"))
 
 
-def test_the_real_laser_is_armed_by_a_service_call_whose_refusal_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("printed", "said"),
+    [
+        (
+            "[laser-1] labjack: no answer\n[ERROR] [laser-1]: process has died [pid 1, exit code 1, cmd 'laser'].\n"
+            "[ERROR] [launch]: Caught exception in launch (see debug for traceback): laser-1 ended with status 1\n"
+            "[recorder-4] last words\n[INFO] [recorder-4]: process has finished cleanly [pid 4]",
+            "laser-1 ended with status 1: labjack: no answer",
+        ),
+        (
+            "[ERROR] [launch]: Caught exception in launch: recorder-4 ended with status -9",
+            "recorder-4 ended with status -9",
+        ),
+        ("Package 'lce_bringup' not found", "the launch failed: Package 'lce_bringup' not found"),
+    ],
+)
+def test_a_launch_that_failed_is_told_in_the_words_of_the_node(
+    tmp_path: Path, ros2: Path, printed: str, said: str
 ) -> None:
-    ros2 = tmp_path / "ros2"
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    ros2.write_text(f'#!/bin/sh\ncat >&2 <<"END"\n{printed}\nEND\nexit 1\n')
+    with pytest.raises(LceError) as caught:
+        record.record("pulse:th=2,rest=2", tmp_path / "out", record.Options(plant="hardware"))
+    assert str(caught.value) == said
+
+
+def test_the_real_laser_is_armed_by_a_service_call_whose_refusal_is_told(tmp_path: Path, ros2: Path) -> None:
     answer = "std_srvs.srv.SetBool_Response(success={}, message='{}')"
     ros2.write_text(
         f'#!/bin/sh\nprintf "%s\\n" $ROS_DOMAIN_ID "$@" > {tmp_path}/words\necho "{answer.format(True, "armed")}"\n'
     )
-    ros2.chmod(0o755)
     record.arm_laser(7)
     words = (tmp_path / "words").read_text().splitlines()
     assert words == ["7", "service", "call", "/lce/laser/arm", "std_srvs/srv/SetBool", "{data: true}"]

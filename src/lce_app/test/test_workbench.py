@@ -8,6 +8,7 @@ import socket
 import struct
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from starlette.routing import Mount
 
 from lce_app.cli.main import main as lce
 from lce_app.use_cases import fit
+from lce_app.use_cases.fit import ModelChoice
 from lce_app.workbench import drawings, figures, session, tasks
 from lce_app.workbench.by_hand import LABEL, ByHand
 from lce_app.workbench.guard import protect
@@ -28,14 +30,14 @@ from lce_app.workbench.jobs import Job, warm_up
 from lce_app.workbench.page import TABS, Page
 from lce_app.workbench.server import load, tend
 from lce_app.workbench.state import WorkbenchState
-from lce_app.workbench.tabs.compare import picked_samples, run_figures, shares
+from lce_app.workbench.tabs.compare import models_over_run, picked_samples, run_figures, shares
 from lce_app.workbench.tabs.export import commands
 from lce_data.channels import DISPLACEMENT
 from lce_data.errors import LceError
 from lce_data.progress import Progress, silent
 from lce_data.units import KELVIN
 from lce_model import default_model, simulate
-from lce_report import Grid, Lines, Loop
+from lce_report import Grid, Lines, Loop, Table
 from lce_report.figures.run import Colouring, run_section
 
 pytestmark = pytest.mark.alone
@@ -133,6 +135,42 @@ def test_the_use_of_a_run_is_remembered_beside_the_runs(folder: Path) -> None:
     assert again.model() == state.model()
 
 
+def test_a_choice_draws_no_row_anew_so_that_the_next_click_arrives(folder: Path) -> None:
+    async def story(user: User, state: WorkbenchState) -> None:
+        def radio(name: str) -> ui.radio:
+            (found,) = (e for e in user.find(kind=ui.radio).elements if e.props["aria-label"] == f"use of {name}")
+            assert isinstance(found, ui.radio)
+            return found
+
+        first, second = radio("pulse.csv"), radio("stairs.csv")
+        first.set_value("test")
+        second.set_value("off")
+        await user.should_see("no model yet")
+        assert [state.session.roles[name] for name in ("pulse.csv", "stairs.csv")] == ["test", "off"]
+        assert radio("pulse.csv") is first and radio("stairs.csv") is second
+        state.set_role("stairs.csv", "train")  # on another page
+        for _ in range(20):
+            if second.value == "train":
+                break
+            await asyncio.sleep(0.05)
+        assert second.value == "train"
+        state.entries["pulse.csv"] = replace(state.entries["pulse.csv"], warnings=("its file was read anew",))
+        await user.should_see("its file was read anew")
+        assert radio("pulse.csv") is first and first.value == "test"
+
+    tell(folder, story)
+
+
+def test_a_run_that_was_interrupted_is_not_learnt_from_unless_asked_for(folder: Path) -> None:
+    (folder / "stairs.yaml").write_text("outcome: interrupted\nconditions: {}\n")
+    state = WorkbenchState(folder)
+    asyncio.run(state.open())
+    assert state.session.roles["stairs.csv"] == "off"
+    state.set_role("stairs.csv", "train")
+    asyncio.run(state.reopen())
+    assert state.session.roles["stairs.csv"] == "train"
+
+
 def test_a_session_file_that_is_none_is_told_and_left_alone(folder: Path) -> None:
     file = folder / "workbench" / "session.yaml"
     file.parent.mkdir()
@@ -147,20 +185,6 @@ def test_nothing_outside_of_the_folder_is_found(folder: Path) -> None:
     (inside / "out.csv").symlink_to(folder / "pulse.csv")
     (inside / "up").symlink_to(folder)
     assert set(session.find_runs(inside)) == {"other.csv"}
-
-
-def test_undo_goes_back_to_where_a_model_came_from(folder: Path) -> None:
-    state = with_model(folder)
-    state.keep(STRIP, "creep added")
-    assert state.session.current == 2
-    state.undo()
-    assert state.session.current == 1
-    state.keep(STRIP, "something else")
-    assert (state.session.current, state.session.kept(3).parent) == (3, 1)
-    state.undo()
-    with pytest.raises(LceError, match="nothing to undo"):
-        state.undo()
-    assert [kept.number for kept in state.session.models] == [1, 2, 3]
 
 
 def test_the_comparison_is_what_the_report_draws_with_every_sample(folder: Path) -> None:
@@ -337,6 +361,27 @@ def test_a_job_tells_where_it_is_and_what_follows_is_done(folder: Path) -> None:
     assert job.steps[0].seconds < 5.0
 
 
+def test_a_gentle_job_that_is_stopped_while_it_starts_ends_in_order(folder: Path) -> None:
+    state = WorkbenchState(folder)
+    state.record("Run", endless, folder / "never")
+    state.stop()
+    job = state.job
+    assert job is not None
+    for _ in range(100):
+        job.poll()
+        job.wait(0.1)
+        if job.state != "running":
+            break
+    assert (job.state, job.error) == ("cancelled", "")
+
+
+def test_the_server_ends_a_gentle_job_that_has_just_begun(folder: Path) -> None:
+    state = WorkbenchState(folder)
+    state.record("Run", endless, folder / "never")
+    state.close()
+    assert state.job is not None and state.job.state == "cancelled"
+
+
 def test_the_warnings_of_a_result_are_shown(folder: Path) -> None:
     async def story(user: User, state: WorkbenchState) -> None:
         state.start("Warn", warning)
@@ -362,7 +407,9 @@ def test_a_job_fits_as_the_command_does_and_passes_its_warnings_on(
         return fit.Fits((), ("stranger: is it of another strip?",))
 
     monkeypatch.setattr(fit, "fit", fitted)
-    warnings = tasks.fit([tmp_path / "a.csv"], "lumped", "equilibrium", tmp_path / "m.yaml", progress=silent)
+    warnings = tasks.fit(
+        [tmp_path / "a.csv"], ModelChoice("lumped", "equilibrium"), tmp_path / "m.yaml", progress=silent
+    )
     assert asked == [fit.Options()] and warnings == ("stranger: is it of another strip?",)
 
 
@@ -396,16 +443,36 @@ def test_a_job_is_cancelled(folder: Path) -> None:
 def test_the_history_says_how_the_error_fell_and_which_commands_do_the_same(folder: Path) -> None:
     state = with_model(folder)
     state.keep(STRIP, "creep added to model 1")
-    (sides,) = drawings.history(state)
-    assert isinstance(sides, Grid)
+    table, sides = drawings.history(state)
+    assert isinstance(table, Table) and isinstance(sides, Grid)
     displacement = sides.figures[1]
     assert isinstance(displacement, Lines) and len(displacement.curves) == 2
     assert all(curve.y[1] < 0.5 * curve.y[0] for curve in displacement.curves)
+    assert displacement.y_axis.from_zero
+    assert [row[0] for row in table.rows] == ["1", "2"]
+    assert table.rows[1][2] == f"{displacement.curves[0].y[1]:.3g}"
     model = "--model workbench/model-2.yaml --report"
     assert commands(state) == [
         f"lce compare pulse.csv stairs.csv later/other.csv {model} compare.html",
         f"lce diagnose pulse.csv stairs.csv --test later/other.csv {model} diagnose.html",
     ]
+
+
+def test_any_number_of_models_stand_over_one_run_with_their_errors(folder: Path) -> None:
+    state = with_model(folder)
+    state.keep(STRIP, "creep added to model 1")
+    table, figures = models_over_run(state, "pulse.csv", [2, 1])
+    assert isinstance(table, Table) and isinstance(figures, Grid)
+    assert [row[0] for row in table.rows] == ["model 1", "model 2"]
+    _, displacement = figures.figures
+    assert isinstance(displacement, tuple)
+    values, residuals = displacement
+    assert isinstance(values, Lines) and isinstance(residuals, Lines)
+    assert [curve.label for curve in values.curves] == ["measured", "model 1", "model 2"]
+    worse, better = (float(np.sqrt(np.mean(curve.y**2))) for curve in residuals.curves)
+    assert float(table.rows[0][4]) == pytest.approx(worse, rel=5e-3)
+    assert better < 0.5 * worse and float(table.rows[1][5]) == pytest.approx(1.0, abs=0.1)
+    assert models_over_run(state, "pulse.csv", []) == []
 
 
 def test_a_file_that_cannot_be_read_costs_only_what_needs_it(folder: Path) -> None:

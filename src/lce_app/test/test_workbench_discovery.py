@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 from nicegui.testing import User, user_simulation
 
-from lce_app.workbench import figures, tasks
+from lce_app.workbench import figures, own_effects, tasks
 from lce_app.workbench.jobs import warm_up
 from lce_app.workbench.kept_blocks import KeptSection, as_plain, blocks_of, from_plain, kept
 from lce_app.workbench.page import Page
 from lce_app.workbench.records import read_diagnosis, read_discovery
 from lce_app.workbench.server import load, tend
 from lce_app.workbench.state import WorkbenchState
-from lce_app.workbench.tabs import discover
 from lce_app.workbench.tabs.export import commands
 from lce_data.errors import LceError
 from lce_data.progress import silent
@@ -145,6 +144,23 @@ def test_the_button_comes_after_unexplained_alone(folder: Path) -> None:
     tell(folder, story)
 
 
+def test_the_base_model_that_does_better_is_identified_by_a_click(folder: Path) -> None:
+    warm_up()
+    better = {"deformation": "none", "effects": ["radiation"], "varies": [], "added": ["radiation"]}
+    (folder / "workbench" / "diagnosis-1.json").write_text(json.dumps({**DIAGNOSIS, "other_base": better}))
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        user.find("Fit none with radiation").click()
+        await user.should_see("model 2: lumped + none + radiation fitted", retries=PATIENCE)
+        model = state.model()
+        assert model is not None and (model.thermal, model.effect_names) == ("lumped", ("radiation",))
+        kept = state.session.kept(2)
+        assert kept.how == "lumped + none + radiation fitted"
+        assert kept.command.startswith("lce fit pulse.csv stairs.csv --thermal lumped --deformation none --effect rad")
+
+    tell(folder, story)
+
+
 def test_the_button_runs_a_job_whose_files_are_trusted(folder: Path) -> None:
     warm_up()
     before = read_discovery(folder / "workbench" / "discovery-1.json")
@@ -185,7 +201,7 @@ def test_opening_the_page_runs_no_file(folder: Path) -> None:
     async def story(user: User, state: WorkbenchState) -> None:
         await user.should_see(marker="trust")
         with pytest.raises(UntrustedEffect, match=r"found-1\.py: not run, because you have not trusted it"):
-            discover.add(state, read_discovery(state.session.discovery_file(1)).found[0])
+            own_effects.add(state, file)
 
     tell(folder, story)
     assert not (folder / "was_run").exists()
@@ -214,10 +230,10 @@ def test_opening_the_page_runs_no_file_that_a_model_or_a_record_names(folder: Pa
 def test_a_trusted_file_that_changes_is_trusted_no_longer(folder: Path) -> None:
     file = folder / "workbench" / "found-1.py"
     trust.trust(file)
-    assert discover._effect(file).name == effect_of(folder)
+    assert own_effects.effect_of(file).name == effect_of(folder)
     file.write_text(f"{file.read_text()}\n")
     with pytest.raises(UntrustedEffect):
-        discover._effect(file)
+        own_effects.effect_of(file)
 
 
 def test_what_was_found_is_added_as_the_command_does(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

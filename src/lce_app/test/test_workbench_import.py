@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from nicegui import ui
+from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.testing import User, user_simulation
 
+from lce_app.workbench import own_effects
 from lce_app.workbench.page import Page
 from lce_app.workbench.server import load, tend
 from lce_app.workbench.state import WorkbenchState
 from lce_data.read_runs import read_run
+from lce_model import default_model, save_model
 
 pytestmark = pytest.mark.alone
 
@@ -80,5 +83,44 @@ def test_a_choice_that_leaves_no_run_is_told_and_taken_back(folder: Path) -> Non
         selected(user, "quantity Time").set_value("left out")
         await user.should_see("no column looks like a time", retries=PATIENCE)
         assert selected(user, "quantity Time").value == "time"
+
+    tell(folder, story)
+
+
+EFFECT = """
+from lce_model.effects import Effect, Parameter
+
+raise SystemExit("this file was run")
+"""
+
+
+def test_files_that_are_dropped_go_where_they_belong_and_no_program_runs(folder: Path, tmp_path: Path) -> None:
+    run = "time_s,power_w,temperature_c\n" + "".join(f"{t / 10},1.0,{25.0 + t}\n" for t in range(50))
+    model = tmp_path / "elsewhere.yaml"
+    save_model(default_model(), model)
+    files = {"run.csv": run.encode(), "mine.yaml": model.read_bytes(), "mine.py": EFFECT.encode(), "odd.exe": b"MZ"}
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        (upload,) = user.find(marker="upload").elements
+        assert isinstance(upload, ui.upload)
+
+        async def drop(name: str, content: bytes) -> None:
+            await upload.handle_uploads([SmallFileUpload(name, "", content)])
+
+        for name, content in files.items():
+            await drop(name, content)
+        await user.should_see("odd.exe: neither a run", retries=PATIENCE)
+        await user.should_see("model 1: from mine.yaml", retries=PATIENCE)
+        for _ in range(PATIENCE):
+            if "runs/run.csv" in state.runs("train"):
+                break
+            await asyncio.sleep(0.1)
+        assert "runs/run.csv" in state.runs("train")
+        user.find("Add", kind=ui.tab).click()
+        await user.should_see(marker="trust", retries=PATIENCE)
+        await drop("mine.py", b"another")
+        await user.should_see("mine.py: there is an effect file of that name", retries=PATIENCE)
+        (file,) = own_effects.files(state)
+        assert file.read_bytes() == EFFECT.encode()
 
     tell(folder, story)

@@ -6,14 +6,23 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from lce_data.errors import LceError
+from lce_data.given_conditions import parse_conditions
 from lce_data.settings import parse_settings
 
 
 def add_runs(parser: argparse.ArgumentParser) -> None:
     """The recordings."""
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a bag folder or a CSV file")
+    parser.add_argument(
+        "runs",
+        nargs="+",
+        type=Path,
+        metavar="RUN",
+        help="a bag folder, or a CSV file with the columns time_s, power_w, temperature_c, displacement_m "
+        "(what was not measured is left out)",
+    )
 
 
 def add_test_runs(parser: argparse.ArgumentParser) -> None:
@@ -95,6 +104,33 @@ def add_pace(parser: argparse.ArgumentParser) -> None:
     pace.add_argument(
         "--fast", action="store_true", help="the same nodes on simulated time, as quickly as the machine can"
     )
+
+
+def add_conditions(parser: argparse.ArgumentParser) -> None:
+    """What is to be said of a run; :func:`conditions` reads it."""
+    about = parser.add_argument_group("notes", "kept in experiment.yaml and in the metadata of the bag")
+    about.add_argument("--specimen", metavar="NAME", help="which strip")
+    about.add_argument("--day", metavar="DAY", help="such as 2026-11-22")
+    about.add_argument("--notes", metavar="TEXT", help="anything worth knowing later")
+    about.add_argument(
+        "--condition",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="strip_length_m (m), ambient_c (°C), load_n (N) or a key of your own; repeatable",
+    )
+
+
+def conditions(args: argparse.Namespace) -> dict[str, Any]:
+    """What was said of a run, by key. Raises LceError for a text of another form or a value that cannot be."""
+    words = {}
+    for text in args.condition:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise LceError(f"--condition {text}: expected KEY=VALUE")
+        words[key.strip()] = value.strip()
+    named = {key: getattr(args, key) for key in ("specimen", "day", "notes")}
+    return parse_conditions(words | {key: text for key, text in named.items() if text is not None})
 
 
 def add_cluster(parser: argparse.ArgumentParser) -> None:

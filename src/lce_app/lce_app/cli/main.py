@@ -12,18 +12,20 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from textwrap import indent
 from types import ModuleType
 
 from lce_app.cli.arguments import allow_effect_files
 from lce_app.errors import ContradictoryOptions, OptionError
 from lce_data import __version__
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 
 COMMANDS = {
     "run": "run an experiment on the node graph and record it",
     "tune": "controller gains on the identified model",
     "control": "position control on the node graph: targets in, figures out",
     "import": "make runs of foreign tables and bags: columns and units understood, shown and checked",
+    "prepare": "cut, detrend, resample or merge runs by a recipe; the recordings stay as they are",
     "repair": "make a recording that a crash cut short readable by every tool",
     "fit": "identify a model from recorded runs",
     "compare": "where a model fails on recorded runs",
@@ -46,12 +48,12 @@ FLAGS = {"hold_s": "hold"}
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit status."""
-    argv = sys.argv[1:] if argv is None else argv
-    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files, and texts in them, may be no Unicode
-        sys.stdout.reconfigure(errors="backslashreplace")
-    args = _parser(argv).parse_args(argv)
-    command = command_module(args.command)
     try:
+        argv = sys.argv[1:] if argv is None else argv
+        if isinstance(sys.stdout, io.TextIOWrapper):  # names of files, and texts in them, may be no Unicode
+            sys.stdout.reconfigure(errors="backslashreplace")
+        args = _parser(argv).parse_args(argv)
+        command = command_module(args.command)
         allow_effect_files(args)
         status = int(command.main(args))
         sys.stdout.flush()
@@ -102,7 +104,12 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
             name, help=about, description=about, formatter_class=argparse.RawDescriptionHelpFormatter
         )
         if name == chosen:
-            command_module(name).add_arguments(sub)
+            module = command_module(name)
+            module.add_arguments(sub)
+            examples = indent("\n".join(module.EXAMPLES), "  ")
+            sub.epilog = "\n\n".join(filter(None, [sub.epilog, f"examples:\n{examples}"]))
+    if chosen is not None and chosen not in COMMANDS:
+        parser.error(f"unknown command {chosen!r}{did_you_mean(chosen, COMMANDS)}; lce --help lists them")
     return parser
 
 

@@ -24,7 +24,7 @@ from lce_report.tables import AdditionTables, addition_tables
 
 @dataclass(frozen=True)
 class Added:
-    """The addition, and what is told of it: its tables, and the strength of the effect by run."""
+    """The addition, and what reports show of it: its tables, and the strength of the effect by run."""
 
     addition: Addition
     tables: AdditionTables

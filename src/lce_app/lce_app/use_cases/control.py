@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from lce_app.errors import OptionError, check_seed
 from lce_control.positioning import Positioning
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
+from lce_data.given_conditions import check_conditions
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_experiment import config, recording
 from lce_experiment.plan import Plan, folders, seeded
@@ -41,6 +43,7 @@ class Options:
     hold_s : how long a target is held [s], within 1 and 3600.
     seed : of the sensor noise, 0 or more; None for a new one.
     fast : simulated time, as quickly as the machine can, instead of real time.
+    conditions : what experiment.yaml and the metadata of the bags say of the runs, as of ``record.Options``.
     """
 
     mode: str = "double"
@@ -51,6 +54,7 @@ class Options:
     hold_s: float = 60.0
     seed: int | None = None
     fast: bool = False
+    conditions: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.mode not in CONTROLLERS:
@@ -143,13 +147,14 @@ def _plans(targets_mm: Sequence[float], out: Path | None, options: Options) -> l
     known = load_model(options.model_file)
     for target_mm in targets_mm:
         check_reach(known, 1e-3 * target_mm, config.laser_limit_w())
-    seed = seeded(options.seed)
+    seed, given = seeded(options.seed), check_conditions(options.conditions)
     setup = ControlSetup(options.model_file, options.settings, options.gains, options.strip)
     places = folders(out, f"control_{options.mode}", _names(targets_mm))
-    return [
+    plans = [
         step_plan(options.mode, 1e-3 * target_mm, setup, folder, seed + k, options.hold_s, options.fast)
         for k, (target_mm, folder) in enumerate(zip(targets_mm, places, strict=True))
     ]
+    return [replace(plan, conditions={**plan.conditions, **given}) for plan in plans]
 
 
 def _names(targets_mm: Sequence[float]) -> list[str]:

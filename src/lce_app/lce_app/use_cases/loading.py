@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a use case begins with: runs, of which it is said at once what looks wrong, a model, and effects beside it."""
+"""What a use case begins with: runs, with a warning of what looks wrong in them, a model, and effects beside it."""
 
 from __future__ import annotations
 

@@ -3,17 +3,21 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 from lce_app.errors import ContradictoryOptions, OptionError, check_seed
+from lce_data import experiment_file
 from lce_data.errors import LceError
+from lce_data.given_conditions import check_conditions
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_experiment import protocols, recording
 from lce_experiment.config import check_power
@@ -41,7 +45,10 @@ class Options:
     settings : parameters of the strip by TERM.PARAM, in the units of the model; one of an effect adds the effect.
     seed : of the sensor noise, 0 or more; None for a new one. The runs of a campaign take seed, seed + 1, …
     fast : simulated time, as quickly as the machine can, instead of real time.
-    plant : "simulated", or "hardware": the real laser and the real strip, to which the other options do not apply.
+    plant : "simulated", or "hardware": the real laser and the real strip, to which the options above do not apply.
+    conditions : what experiment.yaml and the metadata of the bag say of the run: ``specimen``, ``day``, ``notes``,
+        ``strip_length_m``, ``ambient_c``, ``load_n``, and anything else by a key of its own. They are notes: nothing on
+        the simulated bench changes by them.
     """
 
     model: Path | None = None
@@ -49,6 +56,7 @@ class Options:
     seed: int | None = None
     fast: bool = False
     plant: Plant = "simulated"
+    conditions: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.plant not in get_args(Plant):
@@ -119,7 +127,7 @@ def record(
 
 def plan_recordings(protocol: str, out: Path | None, options: Options) -> tuple[Plan, ...]:
     """The runs of a protocol. Raises LceError for everything that can be wrong with them."""
-    waves = protocols.load(protocol)
+    waves, given = protocols.load(protocol), check_conditions(options.conditions)
     for wave in waves:
         check_power(wave)
     strip = simulated_strip(options.model, options.settings)
@@ -135,7 +143,7 @@ def plan_recordings(protocol: str, out: Path | None, options: Options) -> tuple[
             settings=options.settings,
             seed=seed + k,
             fast=options.fast,
-            conditions=conditions(strip),
+            conditions=given if options.plant == "hardware" else conditions(strip) | given,
             measured=measured_topics(strip),
             given={PLAYER.name: {"protocol": wave.text}},
         )
@@ -164,14 +172,29 @@ def arm_laser(domain: int) -> None:
 def _launch(plan: Plan, progress: Progress) -> None:
     """Run a plan on the real bench, in the ROS domain of the environment, by a launch file that ends with the run.
 
-    Raises LceError if that domain has a laser already, or the launch fails.
+    Raises LceError if that domain has a laser already, the launch fails, or its recording is not of a complete run.
     """
     with only_laser(domain_of(os.environ.get("ROS_DOMAIN_ID") or "0"), f"{NAMESPACE}/{LASER.name}"):
         pass  # there is none so far; the launch brings its own
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="lce_run_") as logs, Processes(Path(logs)) as nodes:
-        launch = nodes.start("launch", [*LAUNCH, f"protocol:={plan.protocol}", f"out:={plan.folder}"])
+        stated = f"conditions:={json.dumps(dict(plan.conditions))}"
+        launch = nodes.start("launch", [*LAUNCH, f"protocol:={plan.protocol}", f"out:={plan.folder}", stated])
         while launch.poll() is None:
             plan.report(progress, time.monotonic() - began)
             time.sleep(POLL_S)
-        nodes.stop("launch")
+        if launch.returncode != 0:
+            raise LceError(failure(nodes.log("launch")))
+    outcome = experiment_file.read(plan.folder / experiment_file.FILE_NAME).outcome
+    if outcome != "complete":
+        raise LceError(f"{plan.folder}: the run is {outcome or 'not finished'}")
+
+
+def failure(log: str) -> str:
+    """Why a launch failed, by what it printed: the last line of the node that failed first, or else its own."""
+    lines = [line.strip() for line in log.splitlines() if line.strip()]
+    found = re.search(r"([\w-]+) ended with status -?\d+$", log, re.MULTILINE)
+    if found is None:
+        return f"the launch failed: {lines[-1] if lines else 'no word of it'}"
+    of_node = [line.removeprefix(f"[{found[1]}] ") for line in lines if line.startswith(f"[{found[1]}] ")]
+    return f"{found[0]}: {of_node[-1]}" if of_node else found[0]

@@ -6,9 +6,25 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lce_app.workbench.state import WorkbenchState
 from lce_data.files import printable
+
+if TYPE_CHECKING:
+    from lce_app.use_cases.fit import ModelChoice
+
+
+def prepare(state: WorkbenchState) -> list[str]:
+    """The runs in use that are prepared, each from its recording and its recipe."""
+    entries = (state.entries[name] for name in state.used())
+    return [
+        _line(
+            state, "prepare", entry.path, "--recipe", file.with_suffix(".recipe.yaml"), "--out", file.parent, "--force"
+        )
+        for entry in entries
+        if (file := entry.prepared) is not None
+    ]
 
 
 def compare(state: WorkbenchState, model: Path) -> str:
@@ -28,10 +44,12 @@ def discover(state: WorkbenchState, model: Path) -> str:
     return _line(state, "discover", *_runs(state), "--model", model, *outputs)
 
 
-def fit(state: WorkbenchState, thermal: str, deformation: str) -> str:
-    """A model without effects."""
-    stages = "--thermal", thermal, "--deformation", deformation
-    return _line(state, "fit", state.paths("train"), *stages, "--out", "model.yaml")
+def fit(state: WorkbenchState, choice: ModelChoice) -> str:
+    """A model identified from scratch."""
+    stages = "--thermal", str(choice.thermal), "--deformation", str(choice.deformation)
+    effects = [word for effect in choice.effects for word in ("--effect", effect)]
+    varies = [word for key in choice.varies for word in ("--varies", key)]
+    return _line(state, "fit", state.paths("train"), *stages, *effects, *varies, "--out", "model.yaml")
 
 
 def add(state: WorkbenchState, effect: str, model: Path) -> str:

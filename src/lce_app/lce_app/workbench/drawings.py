@@ -9,22 +9,24 @@ from typing import Final
 import numpy as np
 
 from lce_analysis.diagnosis import effect_signature
-from lce_app.workbench.colours import colour
+from lce_app.workbench.live_series import WANTED
 from lce_app.workbench.records import AdditionRecord, DiagnosisRecord
 from lce_app.workbench.session import Role as Use
-from lce_app.workbench.snapshot import WANTED, Snapshot
+from lce_app.workbench.snapshot import Snapshot
 from lce_app.workbench.state import WorkbenchState
-from lce_data.channels import POWER, SENSORS, Channel
-from lce_data.run import Floats, Run
+from lce_data.channels import POWER, SENSORS, Channel, in_order
+from lce_data.run import Floats, Run, Series
 from lce_model import Model
-from lce_report import Axis, Block, Curve, Figure, Grid, Lines
-from lce_report.blocks import Role
+from lce_report import Axis, Block, Curve, Figure, Grid, Lines, Table
+from lce_report.blocks import Form, Role
 from lce_report.figures.axes import TIME, residual_axis, title, value_axis
 from lce_report.figures.errors import error_reductions
 from lce_report.figures.leading import LeadingCandidate, candidate_grid, strength_intervals
 from lce_report.pages.diagnosis import error_blocks, evidence_details
 
 SIDES: Final[dict[Use, tuple[str, Role]]] = {"train": ("learnt from", "model"), "test": ("held out", "residual")}
+
+PREPARED_ROLES: Final[tuple[Role, Role]] = ("measured", "model")
 
 
 def diagnosis(found: DiagnosisRecord) -> Sequence[Block]:
@@ -63,21 +65,29 @@ def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]
 
 
 def history(state: WorkbenchState) -> Sequence[Block]:
-    """The models tried, and their errors as curves over their numbers."""
-    found = {kept.number: state.errors(kept.number) for kept in state.session.models}
-    numbers = np.array([float(n) for n in found])
+    """The models tried, and the RMS error of each as a table and as curves over their numbers."""
+    numbers = [kept.number for kept in state.session.models]
+    found = {n: {use: misfit.rms for use, misfit in state.misfits(n).items()} for n in numbers}
+    columns = [(use, channel) for use in SIDES for channel in SENSORS if any(channel in found[n][use] for n in numbers)]
+    head = ("model", *(f"{channel.symbol}, {SIDES[use][0]}" for use, channel in columns))
+    rows = [
+        (f"{n}", *(f"{rms:.3g}" if (rms := found[n][use].get(channel)) else "" for use, channel in columns))
+        for n in numbers
+    ]
     figures: list[Figure] = []
-    for channel in SENSORS:
-        curves = []
-        for side, (label, role) in SIDES.items():
-            values = [errors[side][f"{channel.name}_nrmse"] for errors in found.values()]
-            if any(v is not None for v in values):
-                y = np.array([np.nan if v is None else 100.0 * v for v in values])
-                curves.append(Curve(label, y, role, "marked"))
-        if curves:
-            name = f"NRMSE of {title(channel)} by model"
-            figures.append(Lines(name, Axis("model", "1", whole=True), Axis("NRMSE", "%"), numbers, curves, height=190))
-    return [Grid(figures, (1,) * len(figures))]
+    for channel in dict.fromkeys(channel for _, channel in columns):
+        curves = [
+            Curve(label, np.array([found[n][use].get(channel, np.nan) for n in numbers]), role, "marked")
+            for use, (label, role) in SIDES.items()
+            if (use, channel) in columns
+        ]
+        name = f"RMS error of {title(channel)} by model, × noise"
+        y_axis = Axis("RMS error, × noise", "1", from_zero=True)
+        figures.append(
+            Lines(name, Axis("model", "1", whole=True), y_axis, np.array(numbers, float), curves, height=190)
+        )
+    table = Table("RMS error of each model, × noise (1 is nothing but noise)", head, rows)
+    return [table, Grid(figures, (1,) * len(figures))]
 
 
 def before_and_after(state: WorkbenchState) -> Sequence[Block]:
@@ -95,46 +105,58 @@ def before_and_after(state: WorkbenchState) -> Sequence[Block]:
     ]
 
 
+def preparation(recording: Run, run: Run | None) -> Sequence[Block]:
+    """Every channel as it was recorded, and as it was prepared if it was."""
+    blocks: list[Block] = []
+    for channel in in_order({*recording.series, *(run.series if run else ())}):
+        before = recording.series.get(channel)
+        after = run.series.get(channel) if run is not None and run is not recording else None
+        shown = {"as recorded": before} | ({"prepared": after} if after is not before else {})
+        times = [series.time_s for series in shown.values() if series is not None]
+        if not times:
+            continue
+        time_s = times[0] if len(times) == 1 else np.union1d(*times)
+        form: Form = "step" if channel is POWER else "points" if channel in SENSORS and len(times) > 1 else "line"
+        curves = [
+            Curve(label, channel.display.from_si(_on(time_s, series, form)), role, form)
+            for (label, series), role in zip(shown.items(), PREPARED_ROLES, strict=False)
+            if series is not None
+        ]
+        blocks.append(
+            Lines(title(channel), TIME, value_axis(channel), time_s, curves, marked_on(recording), height=180)
+        )
+    return blocks
+
+
+def marked_on(run: Run) -> str:
+    """The name by which the figures of a run that is prepared are linked."""
+    return f"prepare {run.name}"
+
+
+def _on(time_s: Floats, series: Series, form: Form) -> Floats:
+    """A series at other times, its own among them: held, straight, or NaN in between."""
+    if series.time_s.size == time_s.size:
+        return series.value
+    if form == "line":
+        return np.interp(time_s, series.time_s, series.value, np.nan, np.nan)
+    values = np.full(time_s.size, np.nan)
+    if form == "step":
+        here = (time_s >= series.time_s[0]) & (time_s <= series.time_s[-1])
+        values[here] = series.value[np.searchsorted(series.time_s, time_s[here], "right") - 1]
+    else:
+        values[np.searchsorted(time_s, series.time_s)] = series.value
+    return values
+
+
 def course(measure: str) -> Sequence[Block]:
     """An empty figure for the number that the job under way reports."""
     none = np.empty(0)
     return [Lines(measure, TIME, Axis(measure, "σ"), none, (Curve(measure, none, "model"),), height=120)]
 
 
-def live() -> Sequence[Block]:
-    """Empty figures for what the topics say, one for each channel."""
-    none = np.empty(0)
-    figures = []
-    for channel in (*SENSORS, POWER):
-        curves = [Curve(channel.symbol, none, colour(channel))]
-        if channel in WANTED:
-            curves.append(Curve(WANTED[channel][1], none, "quiet"))
-        figures.append(Lines(live_title(channel), TIME, value_axis(channel), none, curves, height=170))
-    return [Grid(figures, (1,) * len(figures))]
-
-
-def live_title(channel: Channel) -> str:
-    """What the live figure of a channel is called."""
-    return "laser power" if channel is POWER else channel.name
-
-
 def live_topics(channel: Channel) -> tuple[str, ...]:
     """The topics of the live figure of a channel: what was measured, then what is wanted."""
     return (channel.topic, WANTED[channel][0]) if channel in WANTED else (channel.topic,)
-
-
-def live_columns(snapshots: Sequence[Snapshot], began_s: float) -> dict[str, list[list[float | None]]]:
-    """The snapshots as columns of the live figures; None for a topic that was silent."""
-    columns: dict[str, list[list[float | None]]] = {}
-    for channel in (*SENSORS, POWER):
-        columns[live_title(channel)] = [
-            [snapshot.time_s - began_s for snapshot in snapshots],
-            *(
-                [_shown(channel, snapshot.values.get(topic)) for snapshot in snapshots]
-                for topic in live_topics(channel)
-            ),
-        ]
-    return columns
 
 
 def live_values(snapshot: Snapshot) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 from nicegui import ui
 
@@ -16,6 +16,18 @@ def notify_errors(act: Callable[[], object]) -> Callable[[], None]:
     def tried() -> None:
         try:
             act()
+        except LceError as error:
+            ui.notify(" ".join(str(error).split()), type="negative")
+
+    return tried
+
+
+def notify_errors_of(act: Callable[[], Awaitable[object]]) -> Callable[[], Awaitable[None]]:
+    """The same of an act that takes a while."""
+
+    async def tried() -> None:
+        try:
+            await act()
         except LceError as error:
             ui.notify(" ".join(str(error).split()), type="negative")
 

@@ -51,7 +51,7 @@ const png = (plot) => new Promise((done) => {
 
 export default {
   template: '<div class="figures" aria-live="off"></div>',
-  props: { url: String, lit: Object },
+  props: { url: String, lit: Object, marking: Boolean },
   async mounted() {
     this.onTheme = () => this.drawing?.redraw();
     document.addEventListener("theme", this.onTheme);
@@ -69,10 +69,17 @@ export default {
     this.room.disconnect();
     this.drawing?.clear();
   },
-  watch: { url() { this.loaded = this.load(); }, lit() { this.light(); } },
+  watch: { url() { this.loaded = this.load(); }, lit() { this.light(); }, marking() { this.dragging(); } },
   methods: {
     async load() {
-      const response = await fetch(this.url);
+      this.$el.setAttribute("aria-busy", "true");
+      try {
+        await this.show(await fetch(this.url));
+      } finally {
+        this.$el.removeAttribute("aria-busy");
+      }
+    },
+    async show(response) {
       if (response.status === 204) return; // the tab was filled anew meanwhile
       if (!response.ok) {
         this.$el.textContent = `The figures could not be computed (${response.status}).`;
@@ -88,7 +95,7 @@ export default {
       await this.drawing.draw(places, figures);
       for (const plot of this.drawing.plots) {
         const caption = plot.element.querySelector("figcaption");
-        for (const kind of ["csv", "png"]) {
+        for (const kind of ["csv", "png", "svg", "pdf"]) {
           const button = Object.assign(document.createElement("button"), { type: "button", className: "take" });
           button.dataset.take = kind;
           button.textContent = kind.toUpperCase();
@@ -96,6 +103,8 @@ export default {
           caption.append(button);
         }
       }
+      for (const plot of this.drawing.plots) plot.hooks.setSelect = [...(plot.hooks.setSelect ?? []), this.mark];
+      this.dragging();
       this.light();
       this.$el.dataset.drawn = places.length;
       this.$emit("drawn");
@@ -107,9 +116,28 @@ export default {
       const { pick, row, column } = button.dataset;
       this.$emit("pick", pressed ? { pick: "", row: 0, column: 0 } : { pick, row: +row, column: +column });
     },
+    dragging() {
+      for (const plot of this.drawing?.plots ?? []) plot.cursor.drag.setScale = !this.marking;
+    },
+    mark(plot) {
+      const { left, width } = plot.select;
+      if (!this.marking || !width) return;
+      const [begin, end] = [left, left + width].map((x) => plot.posToVal(x, "x"));
+      plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false); // the server lights up what it takes
+      clearTimeout(this.marked); // figures that are linked are dragged over together
+      this.marked = setTimeout(() => this.$emit("mark", { begin, end }), 0);
+    },
     async take(button) {
       const plot = this.drawing.plots.find((p) => p.element.contains(button)), kind = button.dataset.take;
-      save(kind === "csv" ? csv(plot) : await png(plot), fileName(plot, kind));
+      const content = await { csv, png }[kind]?.(plot) ?? await this.onPaper(plot, kind);
+      if (content) save(content, fileName(plot, kind));
+    },
+    async onPaper(plot, kind) {
+      const { min, max } = plot.scales.x, number = plot.element.dataset.figure;
+      const response = await fetch(`${this.url.split("?")[0]}/${number}.${kind}?low=${min}&high=${max}`);
+      if (response.ok) return response.blob();
+      plot.element.querySelector("output").textContent = await response.text();
+      return null;
     },
     light() {
       Object.entries(this.lit ?? {}).forEach(([name, spans]) => this.drawing?.light(name, spans));

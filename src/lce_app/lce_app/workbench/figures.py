@@ -17,7 +17,7 @@ from lce_data.errors import LceError
 
 if TYPE_CHECKING:
     from lce_data.run import Floats
-    from lce_report import Block
+    from lce_report import Block, paper
 
 Blocks = Callable[[], "Sequence[Block]"]
 
@@ -57,19 +57,39 @@ def packed(key: str) -> bytes | None:
     return struct.pack("<I", len(text)) + text + numbers.packed()
 
 
+def on_paper(key: str, number: int, kind: paper.Format, x: paper.Limits | None) -> bytes | None:
+    """A figure of the page as SVG or PDF, by its place among those that are drawn as curves; None if it has gone."""
+    from lce_report import paper
+
+    if key not in _shown:
+        return None
+    try:
+        return paper.written(paper.curves_of(_shown[key]())[number], kind, x)
+    except (LceError, IndexError):
+        return None
+
+
 class Figures(ui.element, component="figures.js"):
     """Blocks drawn on the page. They are computed when the page fetches them, in a thread of the server's.
 
-    on_pick(what, row, column) is called when a cell is clicked.
+    on_pick(what, row, column) is called when a cell is clicked; on_mark(begin, end) when an interval of x was dragged
+    over while ``marking``.
     """
 
-    def __init__(self, blocks: Blocks, on_pick: Callable[[str, int, int], None] | None = None) -> None:
+    def __init__(
+        self,
+        blocks: Blocks,
+        on_pick: Callable[[str, int, int], None] | None = None,
+        on_mark: Callable[[float, float], None] | None = None,
+    ) -> None:
         super().__init__()
         self._key, self._version = secrets.token_urlsafe(12), 0
         _shown[self._key] = blocks
         self._props["url"] = f"/figures/{self._key}"
         if on_pick is not None:
             self.on("pick", lambda event: on_pick(event.args["pick"], event.args["row"], event.args["column"]))
+        if on_mark is not None:
+            self.on("mark", lambda event: on_mark(float(event.args["begin"]), float(event.args["end"])))
 
     def _handle_delete(self) -> None:
         _shown.pop(self._key, None)
@@ -83,6 +103,10 @@ class Figures(ui.element, component="figures.js"):
     def light(self, spans: dict[str, list[tuple[float, float]]]) -> None:
         """Light samples up, now and when they are drawn anew: by linked name, intervals of the linked x."""
         self._props["lit"] = spans
+
+    def marking(self, on: bool) -> None:
+        """Whether dragging over a figure marks an interval, or zooms."""
+        self._props["marking"] = on
 
     def replace(self, curves: dict[str, Floats]) -> None:
         """Give curves new values (n,), by label; n is that of the figure."""

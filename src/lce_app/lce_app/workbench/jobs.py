@@ -65,7 +65,8 @@ class Job:
     ``warnings`` are those of its result.
 
     measure : what the number of its steps is.
-    gentle : a cancelled job is interrupted instead of killed, because it controls something.
+    gentle : a cancelled job is interrupted instead of killed, because it controls or records something.
+    only_listens : it commands nothing, so to stop the bench does not end it.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Job:
     arguments: dict[str, Any]
     measure: str = "RMS error"
     gentle: bool = False
+    only_listens: bool = False
     state: State = "running"
     error: str = ""
     warnings: tuple[str, ...] = ()
@@ -80,7 +82,7 @@ class Job:
 
     def __post_init__(self) -> None:
         self._receive, send = _FORK.Pipe(duplex=False)
-        self._began = time.monotonic()
+        self._began, self._stop_wanted = time.monotonic(), False
         self._process = _FORK.Process(target=_run, args=(send, os.getpid(), self.task, self.arguments), daemon=True)
         self._process.start()
         send.close()
@@ -100,6 +102,8 @@ class Job:
             match message:
                 case (label, done, total, rms):
                     self.steps.append(JobStep(self.seconds, label, done, total, rms))
+                    if self._stop_wanted:
+                        self.cancel()
                 case JobEnd():
                     self._end(message)
         return new
@@ -114,8 +118,11 @@ class Job:
         if self.state != "running":
             return
         if self.gentle and self._process.pid is not None:
-            with suppress(ProcessLookupError):  # it has ended; poll takes in how
-                os.kill(self._process.pid, signal.SIGINT)
+            # Before its first report the process does not yet end in order.
+            self._stop_wanted = not self.steps
+            if self.steps:
+                with suppress(ProcessLookupError):  # it has ended; poll takes in how
+                    os.kill(self._process.pid, signal.SIGINT)
             return
         self._process.kill()
         self._process.join()
@@ -124,6 +131,14 @@ class Job:
     def wait(self, timeout_s: float | None = None) -> None:
         """Wait until its process has ended."""
         self._process.join(timeout_s)
+
+    def stop(self) -> None:
+        """Cancel it, and wait until it has ended in order."""
+        self.cancel()
+        while self.state == "running":  # the wish to stop a job that still starts is passed on by poll
+            self.poll()
+            self.wait(PERIOD_S)
+        self.wait()
 
     def _end(self, end: JobEnd) -> None:
         self.state, self.error, self.warnings = end.state, end.error, end.warnings

@@ -76,7 +76,7 @@ def blocks_of(section: KeptSection) -> Sequence[Block]:
 
 
 def as_plain(record: Struct) -> Any:
-    """A record as JSON can hold it; a number that is none becomes null."""
+    """A record as JSON can hold it; NaN becomes null."""
     return to_builtins(record, enc_hook=_plain_array)
 
 

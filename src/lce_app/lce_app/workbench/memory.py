@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from nicegui import app, ui
 from nicegui.events import ValueChangeEventArguments
@@ -23,6 +24,17 @@ def remember(key: str, event: ValueChangeEventArguments[str]) -> None:
 def keep_tabs(tabs: ui.tabs) -> None:
     """Remember the tabs of this page."""
     app.storage.client["tabs"] = tabs
+
+
+def hand_over(table: Path) -> None:
+    """Leave a table for the tab Import of this page."""
+    app.storage.client["table"] = table
+
+
+def handed_over() -> Path | None:
+    """Take the table that was left, once."""
+    table: Path | None = app.storage.client.pop("table", None)
+    return table
 
 
 def turn_to(tab: str) -> None:

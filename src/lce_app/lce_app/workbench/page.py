@@ -11,17 +11,20 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from lce_app.workbench import tabs
+from lce_app.workbench.error_notification import notify_errors_of
 from lce_app.workbench.figures import HEAD
 from lce_app.workbench.job_status_bar import JobStatusBar
 from lce_app.workbench.memory import keep_tabs
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.texts import heading
+from lce_app.workbench.uploads import SCRIPT, Uploads
 from lce_data.errors import LceError
 
 PERIOD_S: Final = 0.1
 TABS: Final = {
     "Runs": "runs",
     "Import": "import_",
+    "Prepare": "prepare",
     "Compare": "compare",
     "Diagnose": "diagnose",
     "Add": "add",
@@ -48,6 +51,10 @@ addEventListener("DOMContentLoaded", () => {
     history.replaceState(history.state, "", here);
   }
 });
+addEventListener("keydown", (event) => {  // else the browser takes back what was typed last, in whatever field
+  const undoes = (event.ctrlKey || event.metaKey) && ["z", "y"].includes(event.key.toLowerCase());
+  if (undoes && !event.target.closest("input, select, textarea")) event.preventDefault();
+});
 </script>"""
 
 
@@ -57,15 +64,18 @@ class Page:
     def __init__(self, state: WorkbenchState, tab: str) -> None:
         self._state, self._shown_version = state, -1
         tab = FORMER_NAMES.get(tab, tab)
-        ui.add_head_html(HEAD + THEME)
+        ui.add_head_html(HEAD + THEME + SCRIPT)
         ui.colors(primary="#1b5e9e", accent="#1b5e9e", negative="#b3261e")
         dark = ui.dark_mode(None)
         with ui.header().classes("head"):
             heading("LCE workbench", level=1)
             ui.label(str(state.folder)).classes("folder")
             self._status = ui.label().classes("state").props("role=status")
+            self._undo = ui.button("Undo", on_click=notify_errors_of(state.undo)).props("flat no-caps").mark("undo")
+            self._redo = ui.button("Redo", on_click=notify_errors_of(state.redo)).props("flat no-caps").mark("redo")
             ui.button("light / dark", on_click=lambda: dark.set_value(not dark.value)).props("flat no-caps")
         self._status_bar = JobStatusBar(state)
+        Uploads(state)
         with ui.tabs().props("no-caps align=left aria-label=Views") as heads:
             for name in TABS:
                 ui.tab(name)
@@ -73,7 +83,11 @@ class Page:
         heads.on_value_change(lambda event: ui.navigate.history.replace(f"/?tab={event.value}"))
         with ui.tab_panels(heads, value=tab if tab in TABS else FIRST, animated=False):
             self._panels = {name: ui.tab_panel(name) for name in TABS}
+        for panel in self._panels.values():
+            with panel:
+                ui.label("loading …")
         ui.keyboard(on_key=self._on_key, ignore=[])
+        ui.keyboard(on_key=self._on_undo_key, ignore=["input", "select", "textarea"])  # a field undoes its own text
         self._follow: dict[str, Callable[[], None]] = {}
         self.follow()
         ui.timer(PERIOD_S, self.follow)
@@ -83,6 +97,13 @@ class Page:
         state = self._state
         self._status_bar.follow()
         self._status.text = state.busy or _model_line(state)
+        for button, word, what in (
+            (self._undo, "Undo", state.undoing.to_undo),
+            (self._redo, "Redo", state.undoing.to_redo),
+        ):
+            if button.props.get("title") != (told := f"{word} {what}".rstrip()):
+                button.enabled = bool(what)
+                button.props["title"] = button.props["aria-label"] = told
         if state.version != self._shown_version and (state.entries or state.ready):
             self._shown_version = state.version
             self._fill()
@@ -93,6 +114,17 @@ class Page:
         """Esc, wherever it is pressed, stops the bench."""
         if event.key.escape and event.action.keydown:
             self._state.stop()
+
+    async def _on_undo_key(self, event: KeyEventArguments) -> None:
+        """Ctrl+Z takes the last decision back, Ctrl+Shift+Z or Ctrl+Y decides it again."""
+        held, undoing = event.modifiers, self._state.undoing
+        if not event.action.keydown or not (held.ctrl or held.meta) or held.alt:
+            return
+        key = event.key.name.lower()
+        if key == "z" and not held.shift and undoing.to_undo:
+            await self._state.undo()
+        elif ((key == "z" and held.shift) or key == "y") and undoing.to_redo:
+            await self._state.redo()
 
     def _fill(self) -> None:
         """Fill the tabs anew that do not follow by themselves."""

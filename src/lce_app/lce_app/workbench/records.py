@@ -45,6 +45,14 @@ class CandidateRecord(Struct, frozen=True):
     shown: bool
 
 
+class OtherBaseRecord(Struct, frozen=True):
+    """The base model that explains the displacement better, with all its effects and what differs from run to run."""
+
+    deformation: str
+    effects: tuple[str, ...]
+    varies: tuple[str, ...]
+
+
 class DiagnosisRecord(Struct, frozen=True):
     """What the page shows of a diagnosis: its JSON, with the tables and pictures of its report."""
 
@@ -55,6 +63,7 @@ class DiagnosisRecord(Struct, frozen=True):
     tables: DiagnosisTables
     leading: tuple[LeadingCandidate, ...]
     sections: tuple[KeptSection, ...] = ()
+    other_base: OtherBaseRecord | None = None
 
 
 class FoundRecord(Struct, frozen=True):

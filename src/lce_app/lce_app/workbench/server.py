@@ -9,7 +9,7 @@ import os
 from collections.abc import Coroutine, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from fastapi import Response
 from nicegui import app, background_tasks, ui
@@ -25,6 +25,9 @@ TEND_S: Final = 0.05
 PATIENCE_S: Final = 4.0
 """Longest time [s] that reading the runs waits for the first page, so that the page comes first."""
 
+READERS: Final = ("lce_data.read_runs", "polars")
+"""What reads runs; it is imported while the browser still fetches the scripts of the first page."""
+
 
 def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
     """Routes, page and background work; then ``serve``, or a test's user."""
@@ -38,14 +41,23 @@ def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, mode
             return Response(status_code=204)
         return Response(block, media_type="application/octet-stream", headers={"cache-control": "no-store"})
 
-    seen = asyncio.Event()
+    @app.get("/figures/{key}/{number}.{kind}")
+    def written(key: str, number: int, kind: Literal["svg", "pdf"], low: float, high: float) -> Response:
+        file = figures.on_paper(key, number, kind, (low, high))
+        if file is None:
+            return Response("The figure has been drawn anew; try once more.", status_code=404)
+        types = {"svg": "image/svg+xml", "pdf": "application/pdf"}
+        return Response(file, media_type=types[kind], headers={"content-disposition": "attachment"})
+
+    asked, seen = asyncio.Event(), asyncio.Event()
 
     @ui.page("/")
     def show(tab: str = "Runs") -> None:
         Page(state, tab)
+        asked.set()
 
     app.on_connect(seen.set)
-    app.on_startup(lambda: _in_background(begin(state, chosen, model, seen)))
+    app.on_startup(lambda: _in_background(begin(state, chosen, model, asked, seen)))
     app.on_startup(lambda: _in_background(tend(state)))
     if os.environ.get("ROS_DOMAIN_ID"):  # the topics there can be shown before the page runs anything
         app.on_startup(state.monitor.open)
@@ -53,23 +65,31 @@ def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, mode
 
 
 async def begin(
-    state: WorkbenchState, chosen: Mapping[str, Role] | None, model: Path | None, seen: asyncio.Event
+    state: WorkbenchState,
+    chosen: Mapping[str, Role] | None,
+    model: Path | None,
+    asked: asyncio.Event,
+    seen: asyncio.Event,
 ) -> None:
     """Load everything once the first page is shown; end the server if the model to begin with cannot be used."""
     with suppress(TimeoutError):
+        await asyncio.wait_for(asked.wait(), PATIENCE_S)
+    for module in READERS:
+        await asyncio.to_thread(importlib.import_module, module)
+    with suppress(TimeoutError):
         await asyncio.wait_for(seen.wait(), PATIENCE_S)
     try:
-        if model is not None:
-            await asyncio.to_thread(state.begin_with, model)
-        await load(state, chosen)
+        await load(state, chosen, model)
     except LceError as error:
         state.fatal_error = str(error)
         app.shutdown()
 
 
-async def load(state: WorkbenchState, chosen: Mapping[str, Role] | None = None) -> None:
-    """Read the runs, then load the analysis."""
+async def load(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
+    """Read the runs, then the model to begin with, and load the analysis. Raises LceError for a bad model."""
     await state.open(chosen)
+    if model is not None:
+        await asyncio.to_thread(state.begin_with, model)
     state.busy = "loading the analysis"
     for module in TABS.values():
         await asyncio.to_thread(importlib.import_module, f"lce_app.workbench.tabs.{module}")

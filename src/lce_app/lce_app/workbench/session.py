@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The user's decisions in the workbench, in ``FOLDER/workbench/``: roles of runs, models, and the current model.
+"""The user's decisions in the workbench, in ``FOLDER/workbench/``.
 
-A model is a numbered file that is never changed; undo goes back to its parent.
+They are the role of each run, its recipe, the models, and which of them is the current one. A model is a numbered file
+that is never changed, and so is a prepared run, whose folder is named by its recipe.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from msgspec import Struct, to_builtins
 
@@ -18,6 +20,9 @@ from lce_data.errors import LceError
 from lce_data.files import printable, write_atomically
 from lce_data.schema import checked, read_yaml
 from lce_data.yaml_text import dump
+
+if TYPE_CHECKING:  # the page comes first: without a recipe NumPy is not needed for it
+    from lce_data.preparing.recipe import Recipe
 
 Role = Literal["train", "test", "off"]
 NAME: Final = "workbench"
@@ -34,11 +39,21 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SessionFile(Struct, frozen=True):
-    """The content of ``session.yaml``: the role of each run by its path, the models, the current one's number."""
+    """The content of ``session.yaml``: role and recipe of each run by its path, models, the current one's number."""
 
     format: Literal["lce-workbench-1"]
     roles: dict[str, Role]
     models: list[Kept]
+    current: int | None
+    recipes: dict[str, list[Any]] = {}
+
+
+@dataclass(frozen=True)
+class Decisions:
+    """What the user can undo: the roles and the recipes of the runs, and which model is the current one."""
+
+    roles: Mapping[str, Role]
+    recipes: Mapping[str, Recipe]
     current: int | None
 
 
@@ -50,6 +65,7 @@ class Session:
     roles: Mapping[str, Role]
     models: tuple[Kept, ...] = ()
     current: int | None = None
+    recipes: Mapping[str, Recipe] = field(default_factory=dict)
 
     @property
     def place(self) -> Path:
@@ -76,6 +92,16 @@ class Session:
             count += 1
             found = self.place / f"found-{number}-{count}.py"
         return found
+
+    @property
+    def own_effects(self) -> Path:
+        """Folder of the effect files that the user brought."""
+        return self.place / "effects"
+
+    @property
+    def uploads(self) -> Path:
+        """Folder of files from elsewhere, in which no run is looked for."""
+        return self.place / "uploads"
 
     def addition_file(self, number: int) -> Path:
         """What `add` said of the effect by which a model was made."""
@@ -109,12 +135,34 @@ class Session:
         """The same session, with another model of the history current."""
         return replace(self, current=self.kept(number).number)
 
-    def undone(self) -> Session:
-        """The parent of the current model is current again. Raises LceError if there is no such parent."""
-        parent = self.kept(self.current).parent if self.current is not None else None
-        if parent is None:
-            raise LceError("nothing to undo: the model came from no other")
-        return self.with_current(parent)
+    def recipe(self, name: str) -> Recipe:
+        """The steps by which a run is prepared; none for a run that is used as it was recorded."""
+        return self.recipes.get(name, ())
+
+    def with_recipe(self, name: str, recipe: Recipe) -> Session:
+        """The same session, with other steps for a run."""
+        others = {key: steps for key, steps in self.recipes.items() if key != name}
+        return replace(self, recipes={**others, name: recipe} if recipe else others)
+
+    def prepared_file(self, name: str, path: Path, recipe: Recipe) -> Path:
+        """Where the run of a path is kept, prepared by a recipe: another recipe has another folder."""
+        digest = hashlib.sha256(dump([name, _plain(recipe)]).encode()).hexdigest()[:8]
+        return self.prepared / digest / f"{path.name if path.is_dir() else path.stem}.csv"
+
+    @property
+    def prepared(self) -> Path:
+        """Folder of the prepared runs."""
+        return self.place / "prepared"
+
+    @property
+    def decisions(self) -> Decisions:
+        """What the user can undo."""
+        return Decisions(self.roles, self.recipes, self.current)
+
+    def decided(self, decisions: Decisions) -> Session:
+        """The same runs and models with other decisions; what has come since then keeps its role."""
+        roles = {name: decisions.roles.get(name, role) for name, role in self.roles.items()}
+        return replace(self, roles=roles, recipes=decisions.recipes, current=decisions.current)
 
     def make_place(self) -> None:
         """Make the folder of its files. Raises LceError if that fails."""
@@ -126,8 +174,15 @@ class Session:
     def save(self) -> None:
         """Write the session beside the runs. Raises LceError if the folder cannot be written."""
         self.make_place()
-        content = SessionFile("lce-workbench-1", dict(self.roles), list(self.models), self.current)
-        write_atomically(self.place / FILE_NAME, dump(to_builtins(content)))
+        content = {
+            "format": "lce-workbench-1",
+            "roles": dict(self.roles),
+            "models": to_builtins(self.models),
+            "current": self.current,
+        }
+        if self.recipes:
+            content["recipes"] = {name: _plain(recipe) for name, recipe in self.recipes.items()}
+        write_atomically(self.place / FILE_NAME, dump(content))
 
 
 def load(folder: Path) -> Session:
@@ -147,7 +202,22 @@ def load(folder: Path) -> Session:
         raise LceError(f"{error}; move it away to begin anew") from None
     if content.current not in (None, *(entry.number for entry in content.models)):
         raise LceError(f"{file}: current is {content.current}, which is the number of no model of the session")
-    return Session(folder, content.roles, tuple(content.models), content.current)
+    return Session(folder, content.roles, tuple(content.models), content.current, _recipes(file, content))
+
+
+def _recipes(file: Path, content: SessionFile) -> dict[str, Recipe]:
+    """The recipes of a session file. Raises LceError that names the run and the step."""
+    if not content.recipes:
+        return {}
+    from lce_data.preparing.recipe import Recipe
+
+    return {name: checked(f"{file}: recipe of {name}", steps, Recipe) for name, steps in content.recipes.items()}
+
+
+def _plain(recipe: Recipe) -> list[dict[str, Any]]:
+    from lce_data.preparing.recipe import plain
+
+    return plain(recipe)
 
 
 def is_run(path: Path) -> bool:

@@ -20,6 +20,7 @@ from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.texts import heading
 from lce_data.errors import LceError
 from lce_data.run import Floats
+from lce_data.units import after_number
 from lce_model import Model, Value
 from lce_model.effects import Effect
 from lce_report import Block
@@ -192,8 +193,7 @@ class _Slider(ui.element, component="slider.js"):
         self._follow(self._value.key, number)
 
     def _tell(self, number: float) -> None:
-        unit = "" if self._value.unit == "1" else f" {self._value.unit}"
-        self._told.text = f"{self._value.key} = {number:.4g}{unit}"
+        self._told.text = f"{self._value.key} = {number:.4g}{after_number(self._value.unit)}"
 
 
 def _usual(value: Value) -> Value:

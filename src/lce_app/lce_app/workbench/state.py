@@ -5,39 +5,34 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lce_app.workbench import session as sessions
+from lce_app.workbench.entries import RunEntry, forget_unused, prepare_entry, read_entry, with_recipe
 from lce_app.workbench.jobs import Job, Task
+from lce_app.workbench.live_layout import LiveView
 from lce_app.workbench.session import Role, Session
 from lce_app.workbench.topic_monitor import TopicMonitor
+from lce_app.workbench.undo import Undo
 from lce_data.errors import LceError
-from lce_data.files import printable
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
-    from lce_analysis.diagnosis.diagnosis import Errors
+    from lce_analysis.diagnosis.misfit import Misfit
     from lce_app.workbench.records import AdditionRecord, DesignRecord, DiagnosisRecord, DiscoveryRecord
+    from lce_data.preparing.recipe import Recipe
     from lce_data.run import Run
     from lce_model import Model
 
 AT_ONCE: Final = 20
 """Runs of a folder that are read without being asked for, at most."""
+_Data = tuple[tuple[str, "Recipe"], ...]
+"""Names of runs, and what they were prepared by."""
 COMPARISONS: Final = 4
 """Comparisons that are kept in memory: each holds every sample several times."""
-
-
-@dataclass(frozen=True)
-class RunEntry:
-    """A file that may be a run: the run once it is read and what looks wrong about it, or why it cannot be used."""
-
-    path: Path
-    run: Run | None = None
-    error: str = ""
-    warnings: tuple[str, ...] = ()
 
 
 class WorkbenchState:
@@ -54,28 +49,36 @@ class WorkbenchState:
         self.entries: dict[str, RunEntry] = {}
         self.job: Job | None = None
         self.monitor = TopicMonitor()
+        self.live = LiveView(self.folder)
         self.busy = "looking for runs"
         self.fatal_error = ""
         self.ready = False
         self.version = 0
+        self.undoing = Undo()
         self._models: dict[int, Model] = {}
-        self._errors: dict[tuple[int, tuple[str, ...], tuple[str, ...]], dict[Role, Errors]] = {}
-        self._comparisons: dict[tuple[int, tuple[str, ...]], Comparison] = {}
+        self._misfits: dict[tuple[int, _Data, _Data], dict[Role, Misfit]] = {}
+        self._comparisons: dict[tuple[int, _Data], Comparison] = {}
         self._then: Callable[[], None] = lambda: None
 
     # Runs
 
     async def open(self, chosen: Mapping[str, Role] | None = None) -> None:
-        """Find the runs of the folder and read those that are not left aside; ``chosen`` overrides their roles."""
+        """Find the runs of the folder and read those that are not left aside; ``chosen`` overrides their roles.
+
+        A new run is learnt from, unless it was interrupted or there are too many.
+        """
         found = await asyncio.to_thread(sessions.find_runs, self.folder)
         new = [name for name in found if name not in self.session.roles]
         first: dict[str, Role] = {name: "train" if i < AT_ONCE else "off" for i, name in enumerate(new)}
         roles = {name: self.session.roles.get(name) or first[name] for name in found} | dict(chosen or {})
         self.entries = {name: self.entries.get(name, RunEntry(path)) for name, path in found.items()}
-        self._change(Session(self.folder, roles, self.session.models, self.session.current))
-        for name, role in roles.items():
-            if role != "off":
-                await self._read(name)
+        self._change(replace(self.session, roles=roles))
+        used = [name for name, role in roles.items() if role != "off"]
+        await asyncio.gather(*map(self._read, used))
+        for name in used:
+            if name in new and name not in (chosen or {}) and not _complete(self.entries[name]):
+                self._change(self.session.with_role(name, "off"))
+        await asyncio.to_thread(forget_unused, self.session, self.entries)
         self.busy = ""
         self.version += 1
 
@@ -88,22 +91,57 @@ class WorkbenchState:
         """Read everything anew."""
         self.entries.clear()
         self._comparisons.clear()
-        self._errors.clear()
+        self._misfits.clear()
         await self.open()
 
     async def _read(self, name: str) -> None:
-        """Read a run, once."""
-        entry = self.entries[name]
-        if entry.run is None and not entry.error:
-            self.busy = f"reading {name}"
-            self.entries[name] = await asyncio.to_thread(_read, entry.path, name, self.folder)
+        """Read a run once, and prepare it anew when its recipe has changed."""
+        while (entry := self.entries.get(name)) is not None:  # its recipe may change meanwhile
+            recipe = self.session.recipe(name)
+            if entry.recording is None and not entry.error:
+                self.busy = f"reading {name}"
+                self.entries[name] = await asyncio.to_thread(read_entry, entry.path, name, self.session)
+            elif entry.recording is not None and entry.recipe != recipe:
+                self.busy = f"preparing {name}"
+                self.entries[name] = await asyncio.to_thread(with_recipe, entry, name, recipe, self.session)
+            else:
+                return
 
-    async def set_role(self, name: str, role: Role) -> None:
-        """A run to learn from, to hold out, or to leave aside."""
-        if role != "off":
-            await self._read(name)
+    async def read(self, name: str) -> None:
+        """Read a run that was left aside; nothing is drawn anew if it was read already."""
+        before = self.entries.get(name)
+        await self._read(name)
+        if self.entries.get(name) is not before:
             self.busy = ""
-        self._change(self.session.with_role(name, role))
+            self.version += 1
+
+    def set_role(self, name: str, role: Role) -> None:
+        """A run to learn from, to hold out, or to leave aside; :meth:`read_used` reads it."""
+        if role != self.session.roles[name]:
+            self._decide(f"the use of {name}", self.session.with_role(name, role))
+
+    async def prepare(self, name: str, recipe: Recipe) -> None:
+        """Use a run as a recipe prepares it. Raises LceError, and changes nothing, if a step makes no sense on it."""
+        entry = await asyncio.to_thread(prepare_entry, self.entries[name], name, recipe, self.session)
+        self._prepared(name, entry)
+
+    async def remove_step(self, name: str, number: int) -> None:
+        """Leave a step out of the recipe of a run, even if the run or later steps cannot do without it."""
+        recipe = tuple(step for i, step in enumerate(self.session.recipe(name)) if i != number)
+        entry = await asyncio.to_thread(with_recipe, self.entries[name], name, recipe, self.session)
+        self._prepared(name, entry)
+
+    def _prepared(self, name: str, entry: RunEntry) -> None:
+        self.entries[name] = entry
+        self._decide(f"the preparation of {name}", self.session.with_recipe(name, entry.recipe))
+
+    async def read_used(self) -> None:
+        """Read the runs that are not left aside."""
+        for name, role in self.session.roles.items():
+            if role != "off" and name in self.entries:
+                await self._read(name)
+        self.busy = ""
+        self.version += 1
 
     def runs(self, role: Role) -> dict[str, Run]:
         """The readable runs of a role."""
@@ -115,8 +153,19 @@ class WorkbenchState:
         return self.runs("train") | self.runs("test")
 
     def paths(self, role: Role) -> list[Path]:
-        """Files of the readable runs of a role."""
-        return [self.entries[name].path for name in self.runs(role)]
+        """Files of the readable runs of a role, as jobs read them."""
+        return [self.entries[name].file for name in self.runs(role)]
+
+    def recordings(self) -> list[Path]:
+        """The recordings of all runs in use, with those that are merged into them."""
+        from lce_data.preparing.prepared_run import merged_files
+
+        used = [self.entries[name] for name in self.used()]
+        merged = (one.file for entry in used for one in merged_files(entry.path, entry.recipe, self.folder))
+        return list(dict.fromkeys([*(entry.path for entry in used), *merged]))
+
+    def _data(self, runs: Mapping[str, Run]) -> _Data:
+        return tuple((name, self.entries[name].recipe) for name in runs)
 
     # Models
 
@@ -146,15 +195,11 @@ class WorkbenchState:
             raise LceError("a job is under way; wait for it, or cancel it")
         self.session.make_place()
         save_model(model, self.session.model_file(self.session.next_number()))
-        self._change(self.session.with_model(how, self.session.current))
+        self._decide(f"the model {how}", self.session.with_model(how, self.session.current))
 
     def choose(self, number: int) -> None:
         """Make another model of the history the current one."""
-        self._change(self.session.with_current(number))
-
-    def undo(self) -> None:
-        """Back to the model that the current one came from."""
-        self._change(self.session.undone())
+        self._decide(f"the choice of model {number}", self.session.with_current(number))
 
     def comparison(self, number: int | None = None) -> Comparison | None:
         """A model beside all runs in use, computed once; None without a model or a run. Takes a while."""
@@ -165,24 +210,25 @@ class WorkbenchState:
         model = self.model(number)
         if number is None or model is None or not runs:
             return None
-        key = number, tuple(runs)
+        key = number, self._data(runs)
         if key not in self._comparisons:
             self._comparisons[key] = compare(model, list(runs.values()))
             for old in list(self._comparisons)[:-COMPARISONS]:
                 del self._comparisons[old]
         return self._comparisons[key]
 
-    def errors(self, number: int) -> dict[Role, Errors]:
+    def misfits(self, number: int) -> dict[Role, Misfit]:
         """Errors of a model of the history on the runs learnt from and on those held out, computed once."""
-        from lce_analysis.diagnosis.diagnosis import errors
+        from lce_analysis.diagnosis.misfit import JudgedRuns
 
         model = self.model(number)
         assert model is not None
-        key = number, self.session.names("train"), self.session.names("test")
-        if key not in self._errors:
-            sides: tuple[Role, Role] = ("train", "test")
-            self._errors[key] = {side: errors(model, list(self.runs(side).values())) for side in sides}
-        return self._errors[key]
+        uses: tuple[Role, Role] = ("train", "test")
+        runs = {use: self.runs(use) for use in uses}
+        key = number, self._data(runs["train"]), self._data(runs["test"])
+        if key not in self._misfits:
+            self._misfits[key] = {use: JudgedRuns.of(list(found.values())).misfit(model) for use, found in runs.items()}
+        return self._misfits[key]
 
     def diagnosis(self) -> DiagnosisRecord | None:
         """The diagnosis of the current model; None if it was not asked for."""
@@ -231,13 +277,14 @@ class WorkbenchState:
         *,
         measure: str = "RMS error",
         gentle: bool = False,
+        only_listens: bool = False,
         **arguments: Any,
     ) -> None:
         """Begin a job; ``then`` is called when it is done. LceError if one is under way."""
         if self.job is not None and self.working:
             raise LceError(f"{self.job.name} is under way; one at a time")
         self.session.make_place()
-        self.job, self._then = Job(name, task, arguments, measure, gentle), then
+        self.job, self._then = Job(name, task, arguments, measure, gentle, only_listens), then
 
     def start_model(
         self, name: str, task: Task, how: str, parent: int | None, command: str = "", **arguments: Any
@@ -247,7 +294,7 @@ class WorkbenchState:
         self.start(name, task, partial(self._add_to_history, how, parent, command), out=out, **arguments)
 
     def _add_to_history(self, how: str, parent: int | None, command: str) -> None:
-        self._change(self.session.with_model(how, parent, command))
+        self._decide(f"the model {how}", self.session.with_model(how, parent, command))
 
     def record(self, name: str, task: Task, out: Path, **arguments: Any) -> None:
         """Begin a job that records a run into the folder; the run is opened when the job ends, however it ends."""
@@ -258,6 +305,7 @@ class WorkbenchState:
 
     def poll(self) -> None:
         """Take in what the job and the topic monitor report; to be called often."""
+        self.monitor.watch(self.live.watched)
         self.monitor.poll()
         job = self.job
         if job is None or not job.poll():
@@ -273,15 +321,33 @@ class WorkbenchState:
 
     def stop(self) -> None:
         """End the job if it controls the bench: the laser goes to zero."""
-        if self.job is not None and self.job.gentle:
+        if self.job is not None and self.job.gentle and not self.job.only_listens:
             self.job.cancel()
 
     def close(self) -> None:
         """End the job, a gentle one in order, and stop the topic monitor."""
-        self.cancel()
-        if self.job is not None and self.job.gentle:
-            self.job.wait()
+        if self.job is not None:
+            self.job.stop()
         self.monitor.close()
+
+    # Decisions
+
+    async def undo(self) -> None:
+        """Take the last decision back. Raises LceError if there is none."""
+        await self._decided(self.undoing.undone(self.session))
+
+    async def redo(self) -> None:
+        """Decide again what was taken back last. Raises LceError if there is nothing."""
+        await self._decided(self.undoing.redone(self.session))
+
+    async def _decided(self, session: Session) -> None:
+        self._change(session)
+        await self.read_used()
+
+    def _decide(self, what: str, session: Session) -> None:
+        """Change the session so that it can be undone."""
+        self.undoing.decided(what, self.session)
+        self._change(session)
 
     def _change(self, session: Session) -> None:
         self.session = session
@@ -289,13 +355,6 @@ class WorkbenchState:
         self.version += 1
 
 
-def _read(path: Path, name: str, folder: Path) -> RunEntry:
-    """The run of a file, named after its place in the folder: two runs may have one name, in two folders."""
-    from lce_data.read_runs import read_run
-    from lce_data.suspicions import suspicions
-
-    try:
-        run = replace(read_run(path), name=name.removesuffix(".csv").removesuffix(".mcap"))
-        return RunEntry(path, run, warnings=suspicions(run))
-    except LceError as error:
-        return RunEntry(path, error=printable(str(error).replace(f"{folder}/", "")))
+def _complete(entry: RunEntry) -> bool:
+    """Did the run end as its protocol says, as far as anybody noted?"""
+    return entry.run is None or entry.run.experiment.outcome in (None, "complete")

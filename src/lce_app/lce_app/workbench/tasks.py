@@ -10,6 +10,8 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from msgspec import to_builtins
 
@@ -19,15 +21,16 @@ from lce_app.use_cases import diagnose as diagnosing
 from lce_app.use_cases import discover as discovering
 from lce_app.use_cases import fit as fitting
 from lce_app.use_cases import record as recording
+from lce_app.use_cases import record_topics as recording_topics
 from lce_app.workbench.records import AdditionRecord, diagnosis_record, discovery_record
 from lce_data.files import write_atomically
 from lce_data.progress import Progress
 from lce_data.units import KELVIN
 
 
-def fit(runs: Sequence[Path], thermal: str, deformation: str, out: Path, *, progress: Progress) -> Sequence[str]:
+def fit(runs: Sequence[Path], choice: fitting.ModelChoice, out: Path, *, progress: Progress) -> Sequence[str]:
     """`lce fit`; returns its warnings, and what is wrong with the model."""
-    fits = fitting.fit(runs, out, fitting.ModelChoice(thermal, deformation), progress=progress)
+    fits = fitting.fit(runs, out, choice, progress=progress)
     return (*fits.warnings, *(fault for fitted in fits.models for fault in fitted.faults))
 
 
@@ -82,14 +85,31 @@ def design(
 
 
 def run(
-    protocol: str, out: Path, model: Path | None, settings: Mapping[str, float], domain: int, *, progress: Progress
+    protocol: str,
+    out: Path,
+    model: Path | None,
+    settings: Mapping[str, float],
+    domain: int,
+    conditions: Mapping[str, Any] = MappingProxyType({}),
+    *,
+    progress: Progress,
 ) -> None:
     """`lce run`, in real time on the simulated bench of a ROS domain."""
     os.environ["ROS_DOMAIN_ID"] = str(domain)
-    recording.record(protocol, out, recording.Options(model, settings), progress)
+    recording.record(protocol, out, recording.Options(model, settings, conditions=conditions), progress)
 
 
-def run_hardware(protocol: str, out: Path, domain: int, *, progress: Progress) -> None:
+def run_hardware(
+    protocol: str, out: Path, domain: int, conditions: Mapping[str, Any] = MappingProxyType({}), *, progress: Progress
+) -> None:
     """The same on the real bench."""
     os.environ["ROS_DOMAIN_ID"] = str(domain)
-    recording.record(protocol, out, recording.Options(plant="hardware"), progress)
+    recording.record(protocol, out, recording.Options(plant="hardware", conditions=conditions), progress)
+
+
+def record_topics(
+    out: Path, domain: int, conditions: Mapping[str, Any], topics: Sequence[str], *, progress: Progress
+) -> None:
+    """Record what others run in a ROS domain, until the job is interrupted."""
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    recording_topics.record_topics(out, conditions, topics, progress)

@@ -16,9 +16,12 @@ from lce_app.cli.arguments import (
     check_inputs,
     print_files,
 )
+from lce_data.units import after_number
 
 if TYPE_CHECKING:
     from lce_app.use_cases.add_effect import Added
+
+EXAMPLES = ("lce add creep runs/pulse* --test runs/prbs --model m.yaml --out m2.yaml",)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,8 +68,7 @@ def summary(found: Added) -> str:
     for value in addition.model.values:
         if value.term == addition.effect:
             error = "" if value.standard_error is None else f" ± {value.standard_error:.2g}"
-            unit = "" if value.unit == "1" else f" {value.unit}"
-            values.append(f"{value.key} = {value.value:.4g}{error}{unit}")
+            values.append(f"{value.key} = {value.value:.4g}{error}{after_number(value.unit)}")
     parts = [as_text(tables.errors), "\n".join(values), as_text(tables.strengths), as_text(tables.history)]
     if addition.at_bounds:
         parts.append("\n".join(["At a bound:", *(f"- {bound.sentence}" for bound in addition.at_bounds)]))

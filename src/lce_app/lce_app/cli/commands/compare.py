@@ -14,6 +14,8 @@ from lce_app.cli.arguments import add_model, add_runs, check_inputs, print_files
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
 
+EXAMPLES = ("lce compare runs/* --model m.yaml --report compare.html",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce compare`."""
@@ -69,7 +71,7 @@ def main(args: argparse.Namespace) -> int:
 def _table(comparison: Comparison) -> str:
     from lce_app.cli.table import table
 
-    rows: list[tuple[str, ...]] = [("run", "", "RMS", "printed RMSE", "NRMSE", "SMAPE", "noise", "× noise")]
+    rows: list[tuple[str, ...]] = [("run", "", "RMS error", "noise", "× noise", "NRMSE")]
     for run in comparison.runs:
         for channel, compared in run.channels.items():
             m, scale, unit = compared.metrics, channel.difference.factor, channel.difference.symbol
@@ -77,10 +79,10 @@ def _table(comparison: Comparison) -> str:
                 (
                     run.run.name,
                     channel.symbol,
-                    *(f"{value * scale:.3g} {unit:2s}" for value in (m.rms, m.rmse_printed)),
-                    *(f"{value:.2%}" for value in (m.nrmse, m.smape)),
+                    f"{m.rms * scale:.3g} {unit:2s}",
                     f"{m.noise * scale:.2g} {unit:2s}",
                     f"{m.over_noise:.2f}",
+                    f"{m.nrmse:.2%}",
                 )
             )
     return table(rows, left=1)

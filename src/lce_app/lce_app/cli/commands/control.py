@@ -6,10 +6,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_effect_files, add_pace, add_settings, check_inputs, print_files, settings
+from lce_app.cli.arguments import (
+    add_conditions,
+    add_effect_files,
+    add_pace,
+    add_settings,
+    check_inputs,
+    conditions,
+    print_files,
+    settings,
+)
 from lce_app.cli.table import table
 from lce_data.errors import LceError
 from lce_experiment.registry import CONTROLLERS
+
+EXAMPLES = ("lce control 1.5 2.5 --fast --hold 30 --report control.html",)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,9 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "targets", nargs="+", type=float, metavar="TARGET_MM", help="displacement in mm, one run from rest each"
     )
-    parser.add_argument(
-        "--mode", choices=tuple(CONTROLLERS), default="double", help="which controllers: see docs/control.md"
-    )
+    parser.add_argument("--mode", choices=tuple(CONTROLLERS), default="double", help="which controllers to run")
     parser.add_argument(
         "--out",
         type=Path,
@@ -42,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the sensor noise, 0 or more; default: a new one")
     parser.add_argument("--json", type=Path, metavar="F", help="write the figures as JSON")
     parser.add_argument("--report", type=Path, metavar="F.html", help="write the curves as one HTML file")
+    add_conditions(parser)
     add_pace(parser)
     parser.epilog = "A target out of reach is refused, with the range, before anything is started."
 
@@ -65,6 +75,7 @@ def main(args: argparse.Namespace) -> int:
         hold_s=args.hold,
         seed=args.seed,
         fast=args.fast,
+        conditions=conditions(args),
     )
     recording.interruptible()
     with RecordingBar() as bar:

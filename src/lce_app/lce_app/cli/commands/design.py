@@ -11,6 +11,8 @@ from lce_app.cli.arguments import add_model, check_inputs
 from lce_data.errors import LceError
 from lce_data.units import KELVIN
 
+EXAMPLES = ("lce design --model m.yaml --between creep,residual_strain --max-power 1.5 --out wave.csv",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce design`."""

@@ -21,6 +21,8 @@ from lce_app.cli.arguments import (
 if TYPE_CHECKING:
     from lce_analysis.diagnosis import Diagnosis
 
+EXAMPLES = ("lce diagnose runs/pulse* --test runs/prbs --model m.yaml --report diagnose.html",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce diagnose`."""

@@ -13,6 +13,8 @@ from lce_app.cli.arguments import add_bounds, add_model, add_runs, add_test_runs
 if TYPE_CHECKING:
     from lce_app.use_cases.discover import Written
 
+EXAMPLES = ("lce discover runs/pulse* --test runs/prbs --model m.yaml --out found.py --report found.html",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce discover`."""

@@ -8,6 +8,8 @@ import inspect
 import sys
 from typing import TYPE_CHECKING
 
+from lce_data.units import after_number
+
 if TYPE_CHECKING:
     from lce_model.effects import Effect
     from lce_model.terms import Parameter
@@ -16,21 +18,22 @@ PAGE = """# Effects
 
 What a model may lack. Written by `lce effects --markdown`; `lce effects NAME` shows one.
 
-An effect is a [term](../src/lce_model/lce_model/terms.py) with a strength. At the null value of the strength the
+An effect is a [term](../../src/lce_model/lce_model/terms.py) with a strength. At the null value of the strength the
 simulation is that of the model without it, to the last bit. Effects combine freely: those of a stage act before the
 term that takes what they give, several of them always in the same order, whatever the order in which they were added.
 At 100 samples a second each is as accurate as at 1000, to 1e-4 of what it does, where the model itself does not jump.
-[test_effects.py](../src/lce_model/test/test_effects.py) holds all of this for every effect,
-[test_effect_equations.py](../src/lce_model/test/test_effect_equations.py) solves every equation by other means, and
-[test_effect_recovery.py](../src/lce_analysis/test/test_effect_recovery.py) finds every strength again in noisy data
+[test_effects.py](../../src/lce_model/test/test_effects.py) holds all of this for every effect,
+[test_effect_equations.py](../../src/lce_model/test/test_effect_equations.py) solves every equation by other means, and
+[test_effect_recovery.py](../../src/lce_analysis/test/test_effect_recovery.py) finds every strength again in noisy data
 (that of `emissivity_error` is not determined, and the fit says so).
 
 The recorded temperature and displacement, the bench's sensors and `lce simulate` show `measured_temperature` and
 `measured_displacement`, after the effects of the sensors. Where a measured temperature drives the deformation, effects
-of the heat balance have no say. One of your own is [a file of 20 lines](tutorial-own-effect.md).
+of the heat balance do not matter. One of your own is [a file of 20 lines](../tutorials/own-effect.md).
 
 `room_temperature`, `load_shift` and `load_stretch` read what was measured beside the strip
-([physics.md](physics.md#room-and-load-inputs-that-a-run-may-have)). Runs without it leave them out, and it is said why.
+([physics.md](../explanation/physics.md#room-and-load-inputs-that-a-run-may-have)). Runs without it leave them out, and
+the command says why.
 
 The ranges are those of a strip on this bench. `--bounds creep.tau_v=0.1,50000` widens or narrows one for `lce fit`,
 `lce add` and `lce diagnose`, and `bounds` in a model file does so for good; what is never negative stays so.
@@ -40,11 +43,16 @@ Rounding of a sensor is no effect: below its quantum a fit cannot tell it from n
 it.
 """
 
+EXAMPLES = (
+    "lce effects creep",
+    "lce effects ./my_effect.py",
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce effects`."""
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect, or a file of yours, which is tried out")
-    parser.add_argument("--markdown", action="store_true", help="the library as docs/effects.md")
+    parser.add_argument("--markdown", action="store_true", help="the library as docs/reference/effects.md")
 
 
 def main(args: argparse.Namespace) -> int:
@@ -80,7 +88,7 @@ def page() -> str:
         row = [effect.stage, link, effect.meaning, f"`{equation}`", f"`{strength.name}`, {_range(strength)}"]
         lines.append(f"| {' | '.join(row)} |")
     for effect in _by_stage():
-        file = f"../src/lce_model/lce_model/effects/{effect.name}.py"
+        file = f"../../src/lce_model/lce_model/effects/{effect.name}.py"
         lines += [
             "",
             f"## {effect.name}",
@@ -94,7 +102,7 @@ def page() -> str:
         lines += ["", "```text", effect.equation, "```", ""]
         lines += ["| parameter | meaning | default (range) | source |", "|---|---|---|---|"]
         lines += [f"| `{p.name}` | {_meaning(effect, p)} | {_range(p)} | {p.source} |" for p in effect.parameters]
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, "", "Next: [an effect of your own](../tutorials/own-effect.md).", ""])
 
 
 def _by_stage() -> list[Effect]:
@@ -114,7 +122,7 @@ def _about(effect: Effect) -> str:
 
 
 def _range(p: Parameter) -> str:
-    return f"{p.default:g} ({p.lower:g} to {p.upper:g}){'' if p.unit == '1' else ' ' + p.unit}"
+    return f"{p.default:g} ({p.lower:g} to {p.upper:g}){after_number(p.unit)}"
 
 
 def _meaning(effect: Effect, p: Parameter) -> str:

@@ -20,8 +20,12 @@ from lce_app.cli.arguments import (
 )
 
 if TYPE_CHECKING:
-    from lce_analysis.identification import FitResult
     from lce_app.use_cases.fit import FittedModel
+
+EXAMPLES = (
+    "lce fit runs/* --out m.yaml",
+    "lce fit runs/* --out m.yaml --deformation dynamic --effect creep",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -106,11 +110,20 @@ def main(args: argparse.Namespace) -> int:
     for warning in fits.warnings:
         print(f"lce: {warning}", file=sys.stderr)
     for fitted in fits.models:
-        print("\n".join([_summary(fitted.result), *_faults(fitted), *_intervals(fitted), "", str(fitted.file)]))
+        lines = [fitted.result.summary(), *_differences(fitted), *_faults(fitted), *_intervals(fitted)]
+        print("\n".join([*lines, "", str(fitted.file)]))
     if fits.interrupted:
         print("lce: interrupted; the model file holds the best values so far", file=sys.stderr)
         return 130
     return 0
+
+
+def _differences(fitted: FittedModel) -> list[str]:
+    """What differs from run to run, as lines of a table."""
+    from lce_app.cli.table import as_text
+    from lce_report.tables import values_by_run
+
+    return ["", as_text(values_by_run(fitted.result.model))] if fitted.result.model.varies else []
 
 
 def _faults(fitted: FittedModel) -> list[str]:
@@ -131,43 +144,4 @@ def _intervals(fitted: FittedModel) -> list[str]:
     if fitted.bootstrap is not None:
         head = f"Bootstrap, 95 % of {len(fitted.bootstrap.draws)} draws:"
         lines += ["", head, *(f"- {sentence}" for sentence in fitted.bootstrap.sentences)]
-    return lines
-
-
-def _summary(result: FitResult) -> str:
-    """Parameters with their standard errors, what is not determined, and the error of each run."""
-    from lce_app.cli.table import as_text
-    from lce_report.tables import values_by_run
-
-    lines = []
-    for v in result.model.values:
-        if v.fixed:
-            note = "fixed"
-        elif v.determined is None:
-            note = ""
-        elif v.standard_error is not None:
-            note = f"± {v.standard_error:.2g}"
-        else:
-            note = "not determined"
-        lines.append(f"{v.key:24s} {v.value:12.6g} {v.unit:5s} {note}")
-    if result.model.varies:
-        lines += ["", as_text(values_by_run(result.model))]
-    if result.identifiability is not None:
-        pairs = [f"{one} and {other} ({rho:+.3f})" for one, other, rho in result.identifiability.strong_correlations()]
-        lines += ["", *([f"Strongly correlated: {', '.join(pairs)}."] if pairs else [])]
-        if result.identifiability.sentences:
-            lines += ["What the data leave open:", *(f"- {s}" for s in result.identifiability.sentences)]
-    return "\n".join([*lines, "", *_errors(result)])
-
-
-def _errors(result: FitResult) -> list[str]:
-    """The error of each run and sensor, as lines of a table."""
-    from lce_data.channels import SENSORS
-
-    heads = [f"{channel.symbol} NRMSE" for channel in SENSORS]
-    lines = [" ".join([f"{'run':24s}", *(f"{head:>8s}" for head in heads)])]
-    for entry in result.model.fit["runs"]:
-        errors = [entry.get(f"{channel.name}_nrmse") for channel in SENSORS]
-        cells = ["       –" if error is None else f"{error * 100:7.2f}%" for error in errors]
-        lines.append(" ".join([f"{entry['name']:24s}", *cells]))
     return lines

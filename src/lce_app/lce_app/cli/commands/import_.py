@@ -15,6 +15,8 @@ from lce_data.errors import LceError
 if TYPE_CHECKING:
     from lce_data.importing.recording import Pick, Recording, Signal
 
+EXAMPLES = ("lce import recordings/*.csv --out runs --column temperature=T1:degC --column displacement=d:um",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce import`."""

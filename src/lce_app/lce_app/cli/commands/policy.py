@@ -6,12 +6,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+EXAMPLES = ("lce policy --namespace /lce --out policy.xml",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce policy`."""
     parser.add_argument("--namespace", metavar="NS", default="/lce", help="of the bench, /lce by default")
     parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="new XML file")
-    parser.epilog = "ros2 security generate_artifacts makes keys and permissions of it: docs/security.md."
+    parser.epilog = "ros2 security generate_artifacts makes keys and permissions of it: docs/how-to/security.md."
 
 
 def main(args: argparse.Namespace) -> int:

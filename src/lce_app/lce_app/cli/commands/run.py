@@ -6,7 +6,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lce_app.cli.arguments import add_effect_files, add_pace, add_settings, check_inputs, settings
+from lce_app.cli.arguments import (
+    add_conditions,
+    add_effect_files,
+    add_pace,
+    add_settings,
+    check_inputs,
+    conditions,
+    settings,
+)
+
+EXAMPLES = (
+    "lce run pulse:amp=0.4,th=20 --fast",
+    "lce run campaign --fast --out runs --model strip.yaml --set creep.share=0.1",
+    "lce run pulse:amp=0.4,th=20 --specimen A7 --notes annealed --condition ambient_c=23.5",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_settings(parser, "EFFECT.PARAM=V", "a parameter of the strip, repeatable; one of an effect adds the effect")
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the sensor noise, 0 or more; default: a new one")
     add_pace(parser)
+    add_conditions(parser)
     parser.epilog = (
         f"{protocols.explain()}\n\n"
         "The path of each recording is printed on stdout. With --fast the same --seed gives the same\n"
@@ -39,7 +54,7 @@ def main(args: argparse.Namespace) -> int:
     from lce_app.use_cases.record import Options, record
     from lce_experiment import recording
 
-    options = Options(args.model, settings(args), args.seed, args.fast)
+    options = Options(args.model, settings(args), args.seed, args.fast, conditions=conditions(args))
     recording.interruptible()
     with RecordingBar() as bar:
         record(args.protocol, args.out, options, bar, finished=bar.finished)

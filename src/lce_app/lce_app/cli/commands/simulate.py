@@ -9,6 +9,8 @@ from pathlib import Path
 from lce_app.cli.arguments import add_model, add_settings, check_inputs, print_files, settings
 from lce_data.errors import LceError
 
+EXAMPLES = ("lce simulate --model m.yaml --input wave.csv --out run.csv --set lumped.tau=25",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce simulate`."""

@@ -10,6 +10,8 @@ from pathlib import Path
 from lce_app.cli.arguments import add_effect_files, check_inputs, print_files
 from lce_app.cli.table import table
 
+EXAMPLES = ("lce tune --model m.yaml --out gains.yaml --overshoot 0.01",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce tune`."""

@@ -11,6 +11,8 @@ from pathlib import Path
 from lce_app.cli.arguments import add_effect_files, check_inputs
 from lce_data.errors import LceError
 
+EXAMPLES = ("lce workbench runs --model m.yaml", "lce workbench session.zip")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `lce workbench`."""
@@ -18,12 +20,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "runs",
         nargs="*",
         type=Path,
-        metavar="RUN | DIR",
-        help="runs, or the folder of them (default: runs, or this folder); the page sees nothing outside of it",
+        metavar="RUN | DIR | FILE.zip",
+        help="runs, or the folder of them (default: runs, or this folder); the page sees nothing outside of it. Or a "
+        "session that a page has exported: it is unpacked into a folder of its name",
     )
     parser.add_argument("--model", type=Path, metavar="M.yaml", help="model file to begin with")
     add_effect_files(parser)
-    parser.add_argument("--port", type=int, default=8080, metavar="P", help="8080 by default")
+    parser.add_argument("--port", type=int, default=8080, metavar="P", help="8080 by default; 0 takes a free one")
     parser.add_argument(
         "--host",
         default="127.0.0.1",
@@ -37,17 +40,21 @@ def main(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
     check_inputs([*args.runs, *([args.model] if args.model else [])])
     from lce_app.workbench import server
+    from lce_app.workbench.archive import unpack
     from lce_app.workbench.session import folder_and_roles
     from lce_app.workbench.state import WorkbenchState
 
-    folder, chosen = folder_and_roles(args.runs or [Path("runs") if Path("runs").is_dir() else Path()])
+    paths = args.runs or [Path("runs") if Path("runs").is_dir() else Path()]
+    if len(paths) == 1 and paths[0].suffix == ".zip":
+        paths = [unpack(paths[0])]
+    folder, chosen = folder_and_roles(paths)
     state = WorkbenchState(folder)
     state.session.make_place()
-    _check_free(args.host, args.port)
+    port = _free_port(args.host, args.port)
     token = secrets.token_urlsafe(16)
     server.set_up(state, chosen, args.model)
-    print(f"http://{_in_url(args.host)}:{args.port}/?token={token}   (Ctrl-C ends it)", flush=True)
-    server.serve(args.host, args.port, token)
+    print(f"http://{_in_url(args.host)}:{port}/?token={token}   (Ctrl-C ends it)", flush=True)
+    server.serve(args.host, port, token)
     if state.fatal_error:
         raise LceError(state.fatal_error)
     return 0
@@ -57,10 +64,10 @@ def _in_url(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
-def _check_free(host: str, port: int) -> None:
-    """Raise LceError if the server could not listen there."""
+def _free_port(host: str, port: int) -> int:
+    """The port, or for 0 one that is free. Raises LceError if the server could not listen there."""
     try:
-        with socket.create_server((host, port)):
-            pass
+        with socket.create_server((host, port)) as server:
+            return int(server.getsockname()[1])
     except (OSError, OverflowError) as error:
         raise LceError(f"{host}:{port}: {error}; --port and --host choose another") from None

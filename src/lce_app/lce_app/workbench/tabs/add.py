@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models: fit one, add an effect, undo, the history with its falling error, before and after, and sliders."""
+"""Models: fit one, add an effect, the history with its falling error, before and after, and sliders."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from functools import partial
 
 from nicegui import ui
 
-from lce_app.workbench import command_lines, drawings, tasks
+from lce_app.use_cases.fit import ModelChoice
+from lce_app.workbench import adding, drawings, own_effects
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.sliders import Sliders
 from lce_app.workbench.state import WorkbenchState
-from lce_app.workbench.tabs import diagnose
+from lce_app.workbench.suggestions import effect_to_add
+from lce_app.workbench.texts import named
 from lce_model.effects import library
 from lce_model.library import DEFORMATION, THERMAL
 
@@ -25,7 +27,7 @@ def fill(state: WorkbenchState) -> None:
         ui.button(
             "Fit a model",
             color="accent",
-            on_click=notify_errors(lambda: fit(state, str(thermal.value), str(deformation.value))),
+            on_click=notify_errors(lambda: adding.fit(state, ModelChoice(str(thermal.value), str(deformation.value)))),
         ).props("unelevated no-caps").mark("fit")
     model = state.model()
     if model is None:
@@ -33,27 +35,23 @@ def fill(state: WorkbenchState) -> None:
         return
     with ui.row().classes("line"):
         missing = [e.name for e in library().values() if e.name not in model.effect_names]
-        effect = ui.select(missing, value=missing[0], label="Effect")
-        ui.button("Add and refit", on_click=notify_errors(lambda: diagnose.add(state, str(effect.value)))).props(
+        effect = ui.select(missing, value=effect_to_add(state, missing), label="Effect").mark("effect")
+        ui.button("Add and refit", on_click=notify_errors(lambda: adding.add(state, str(effect.value)))).props(
             "outline no-caps"
         ).mark("add")
-        ui.button("Undo", on_click=notify_errors(state.undo)).props("outline no-caps").mark("undo")
+    for file in own_effects.files(state):
+        with named(ui.element("section").classes("found"), file.stem).mark(f"own {file.name}"):
+            if own_effects.show(state, file):
+                added = ui.button("Add and refit", on_click=notify_errors(partial(own_effects.add, state, file)))
+                added.props("outline no-caps").classes("as-wide").mark(f"add {file.name}")
     _history(state)
-    added = state.addition()
-    if added is not None:
-        Figures(lambda: drawings.addition(added)).mark("addition")
+    addition = state.addition()
+    if addition is not None:
+        Figures(lambda: drawings.addition(addition)).mark("addition")
     if state.used():
         Figures(lambda: drawings.history(state)).mark("falling error")
         Figures(lambda: drawings.before_and_after(state)).mark("before and after")
         Sliders(state, model)
-
-
-def fit(state: WorkbenchState, thermal: str, deformation: str) -> None:
-    """Begin the fit of a model without effects."""
-    how = f"{thermal} + {deformation} fitted"
-    command = command_lines.fit(state, thermal, deformation)
-    runs = state.paths("train")
-    state.start_model("Fit", tasks.fit, how, None, command, runs=runs, thermal=thermal, deformation=deformation)
 
 
 def _history(state: WorkbenchState) -> None:

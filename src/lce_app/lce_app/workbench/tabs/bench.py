@@ -7,20 +7,22 @@ import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from nicegui import run, ui
 
 from lce_app.use_cases.record import arm_laser
 from lce_app.workbench import drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
-from lce_app.workbench.figures import Figures
+from lce_app.workbench.live_panel import LivePanel
+from lce_app.workbench.recording_form import RecordingForm
 from lce_app.workbench.state import WorkbenchState
-from lce_app.workbench.topic_monitor import KEPT_S
 from lce_data.errors import LceError
 from lce_data.settings import parse_settings
+from lce_data.topics import DIAGNOSTICS, RECORDED
 from lce_data.waveforms import SHAPES
 from lce_experiment.plan import new_folder
+from lce_experiment.registry import NAMESPACE
 
 LEVELS: Final = ("ok", "warning", "error")
 WORD: Final = "hardware"
@@ -35,7 +37,7 @@ class BenchTab:
     """The tab; ``follow`` brings the live part up to date."""
 
     def __init__(self, state: WorkbenchState) -> None:
-        self._state, self._count, self._began_s = state, state.monitor.count, 0.0
+        self._state, self._count = state, state.monitor.count
         self._shown: dict[str, tuple[int, str]] = {}
         with ui.row().classes("line"):
             self._protocol = ui.input("Protocol", value="pulse:amp=0.4,th=20").classes("protocol").mark("protocol")
@@ -46,25 +48,27 @@ class BenchTab:
                 "unelevated no-caps"
             ).mark("start")
             self._hardware()
-            ui.button("Stop: laser to zero", color="negative", on_click=state.stop).props("unelevated no-caps").mark(
-                "stop"
-            )
+            stop = ui.button("Stop: laser to zero", color="negative", on_click=notify_errors(self._stop))
+            stop.props("unelevated no-caps").mark("stop")
+            self._listen = ui.button("Record what runs now", on_click=notify_errors(self._record_or_end))
+            self._listen.props("outline no-caps").mark("record")
         ui.label(
             f"Protocols: {', '.join(SHAPES)}, with options as for lce run, or a CSV file of this folder. Esc stops."
         )
+        self._form = RecordingForm(state.live.conditions)
         self._values = ui.label("nothing received yet").classes("values").props("role=status").mark("values")
         self._conditions = ui.element("div").classes("conditions").mark("conditions")
-        self._curves = Figures(drawings.live)
+        self._live = LivePanel(state)
 
     def follow(self) -> None:
         """Show the snapshots since the last time."""
         monitor = self._state.monitor
-        new, self._count = monitor.since(self._count), monitor.count
-        if not new:
+        self._live.follow()
+        self._listen.text = "Stop recording" if self._listening else "Record what runs now"
+        if monitor.count == self._count:
             return
-        self._began_s = self._began_s or new[0].time_s
-        self._curves.extend(drawings.live_columns(new, self._began_s), keep=KEPT_S)
-        self._values.text = drawings.live_values(new[-1])
+        self._count = monitor.count
+        self._values.text = drawings.live_values(monitor.snapshots[-1])
         if monitor.conditions != self._shown:
             self._shown = dict(monitor.conditions)
             self._show_conditions()
@@ -105,22 +109,80 @@ class BenchTab:
 
     def _run(self) -> None:
         settings = parse_settings(str(self._settings.value or "").split())
-        run_simulated(self._state, str(self._protocol.value or ""), str(self._model.value or ""), settings)
+        protocol, model = str(self._protocol.value or ""), str(self._model.value or "")
+        conditions = self._form.conditions()
+        run_simulated(self._state, protocol, model, settings, conditions)
+        self._state.live.remember(conditions)
 
     def _run_hardware(self) -> None:
-        state = self._state
+        state, conditions = self._state, self._form.conditions()
         name, protocol, out = _recording(state, str(self._protocol.value or ""))
-        state.record(name, tasks.run_hardware, protocol=protocol, out=out, domain=state.monitor.open())
+        domain = state.monitor.open()
+        state.record(name, tasks.run_hardware, protocol=protocol, out=out, domain=domain, conditions=conditions)
+        state.live.remember(conditions)
+
+    @property
+    def _listening(self) -> bool:
+        job = self._state.job
+        return job is not None and self._state.working and job.only_listens
+
+    def _stop(self) -> None:
+        if self._listening:
+            raise LceError("this page only records; stop the laser where the run was started")
+        self._state.stop()
+
+    def _record_or_end(self) -> None:
+        """Record a bench that others run, or end that recording."""
+        state = self._state
+        if self._listening:
+            state.cancel()
+            return
+        monitor, conditions = state.monitor, self._form.conditions()
+        if not (monitor.conditions or (monitor.snapshots and monitor.snapshots[-1].values)):
+            raise LceError(
+                "no topic of a bench is heard; start the workbench with the ROS_DOMAIN_ID in which the bench runs"
+            )
+        if monitor.recording:
+            raise LceError("a recorder is at work already")
+        out, domain = new_folder(state.folder, "recording"), monitor.open()
+        state.record(
+            "Record",
+            tasks.record_topics,
+            out=out,
+            only_listens=True,
+            domain=domain,
+            conditions=conditions,
+            topics=shown_besides(state),
+        )
+        state.live.remember(conditions)
+
+
+def shown_besides(state: WorkbenchState) -> list[str]:
+    """The topics of the live plots that are not always recorded, as the recorder wants them named."""
+    always = {DIAGNOSTICS, *(f"{NAMESPACE}/{topic}" for topic in RECORDED)}
+    shown = {series.topic for series in state.live.layout.series} - always
+    return [f"{topic.name} {topic.type}" for topic in state.monitor.topics if topic.name in shown]
 
 
 def run_simulated(
-    state: WorkbenchState, protocol: str, model: str = "", settings: Mapping[str, float] = MappingProxyType({})
+    state: WorkbenchState,
+    protocol: str,
+    model: str = "",
+    settings: Mapping[str, float] = MappingProxyType({}),
+    conditions: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
     """Begin a run on the simulated bench: a strip as in a model file of the folder, or the built-in one."""
     name, protocol, out = _recording(state, protocol)
     strip = _inside(state.folder, model.strip(), ".yaml", "no model file in this folder") if model.strip() else None
     state.record(
-        name, tasks.run, protocol=protocol, out=out, model=strip, settings=dict(settings), domain=state.monitor.open()
+        name,
+        tasks.run,
+        protocol=protocol,
+        out=out,
+        model=strip,
+        settings=dict(settings),
+        domain=state.monitor.open(),
+        conditions=dict(conditions),
     )
 
 

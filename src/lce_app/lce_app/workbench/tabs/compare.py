@@ -14,10 +14,12 @@ from lce_analysis.comparison.conditions import BRANCHES, ErrorShares, Flags, Ope
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import remember, remembered
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.texts import heading
 from lce_data.channels import channel_named
 from lce_report import Block
 from lce_report.figures.errors import misfit, where
 from lce_report.figures.run import Colouring, run_section
+from lce_report.figures.several_models import several_models
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
@@ -53,8 +55,29 @@ def fill(state: WorkbenchState) -> None:
         choice.on_value_change(partial(remember, key))
     figures = Figures(lambda: run_figures(state, str(chosen.value), by.value or "nothing"))
     figures.mark("run figures")
+    heading("Several models over this run")
+    numbers = {kept.number: f"{kept.number}: {kept.how}" for kept in state.session.models}
+    several = ui.select(numbers, value=_with_parent(state), multiple=True, label="Models").props("use-chips")
+    several.classes("chosen").mark("models beside")
+    beside = Figures(lambda: models_over_run(state, str(chosen.value), several.value)).mark("several models")
+    several.on_value_change(beside.reload)
+    chosen.on_value_change(beside.reload)
     for choice in (chosen, by):
         choice.on_value_change(figures.reload)
+
+
+def _with_parent(state: WorkbenchState) -> list[int]:
+    """The current model, and in front of it the one that it came from."""
+    assert state.session.current is not None
+    kept = state.session.kept(state.session.current)
+    return [kept.number] if kept.parent is None else [kept.parent, kept.number]
+
+
+def models_over_run(state: WorkbenchState, name: str, numbers: Sequence[int]) -> Sequence[Block]:
+    """Models of the history over one run."""
+    run = state.entries[name].run
+    models = {f"model {number}": model for number in sorted(numbers) if (model := state.model(number)) is not None}
+    return several_models(run, models) if run is not None and models else []
 
 
 def shares(state: WorkbenchState) -> Sequence[Block]:
@@ -72,9 +95,9 @@ def shares(state: WorkbenchState) -> Sequence[Block]:
 def run_figures(state: WorkbenchState, name: str, loop_by: Colouring = "nothing") -> Sequence[Block]:
     """A run beside the model, as in the report."""
     comparison, run = state.comparison(), state.entries[name].run
-    if comparison is None:
+    if comparison is None or run is None:
         return []
-    return next(run_section(found, loop_by).blocks for found in comparison.runs if found.run is run)
+    return next(run_section(found, loop_by).blocks for found in comparison.runs if found.run.name == run.name)
 
 
 def picked_samples(comparison: Comparison, pick: str, row: int, column: int) -> Spans:

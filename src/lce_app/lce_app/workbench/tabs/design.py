@@ -14,6 +14,7 @@ from lce_app.workbench.figures import Figures
 from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import DesignRecord
 from lce_app.workbench.state import WorkbenchState
+from lce_app.workbench.suggestions import pair_to_tell_apart
 from lce_app.workbench.tabs.bench import run_simulated
 from lce_app.workbench.texts import heading
 from lce_data.errors import LceError
@@ -30,7 +31,7 @@ def fill(state: WorkbenchState) -> None:
         ui.label("A model is needed. Fit one on the tab Add.")
         return
     ui.label("The waveform within the limits that separates two similar effects best.")
-    first, second = likely_pair(state)
+    first, second = pair_to_tell_apart(state)
     usual, laser_w = DesignOptions(), laser_limit_w()
     usual_c = usual.max_temperature_k - KELVIN
     with ui.row().classes("line"):
@@ -62,16 +63,6 @@ def design(state: WorkbenchState, number: int, between: tuple[str, str], limits:
         command=command_lines.design(state, model, between, limits),
         out=state.session.place / f"wave-{between[0]}-{between[1]}.csv",
     )
-
-
-def likely_pair(state: WorkbenchState) -> tuple[str, str]:
-    """The strongest candidate of the diagnosis and what it looks like; else the first two of the library."""
-    found = state.diagnosis()
-    for candidate in found.candidates if found is not None else ():
-        if candidate.aliases:
-            return candidate.effect, candidate.aliases[0]
-    first, second, *_ = library()
-    return first, second
 
 
 def _number(field: ui.number) -> float:

@@ -3,21 +3,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
 from nicegui import ui
 
-from lce_app.workbench import command_lines, drawings, tasks
+from lce_app.use_cases.fit import ModelChoice
+from lce_app.workbench import adding, drawings, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.kept_blocks import blocks_of
 from lce_app.workbench.memory import turn_to
-from lce_app.workbench.records import CandidateRecord
+from lce_app.workbench.records import CandidateRecord, OtherBaseRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs import discover
 from lce_app.workbench.texts import code, heading
+from lce_data.units import after_number
 from lce_model.effects import library
 from lce_report.figures.leading import LeadingCandidate
 from lce_report.tables import outcome
@@ -25,7 +27,7 @@ from lce_report.tables import outcome
 VERDICTS: Final = {
     "adequate": "Adequate: nothing is missing",
     "missing": "An effect is missing",
-    "unexplained": "Unexplained: something is missing that the library does not hold",
+    "unexplained": "Unexplained: no effect of the library explains what is left",
     "cannot_tell": "Cannot tell: these data do not say",
 }
 
@@ -50,6 +52,10 @@ def fill(state: WorkbenchState) -> None:
         heading(VERDICTS[found.verdict]).mark("verdict")
         for sentence in found.sentences:
             ui.label(sentence)
+        if found.other_base is not None:
+            _begin_button(state, found.other_base)
+        for effect in found.added[:1]:
+            _add_button(state, effect, "unelevated")
     discover.fill(state, found.verdict)
     Figures(lambda: drawings.diagnosis(found)).mark("tables")
     for section in found.sections:
@@ -64,7 +70,7 @@ def fill(state: WorkbenchState) -> None:
         if members:
             heading(title)
         for candidate in members:
-            _candidate(state, candidate, leading.get(candidate.effect))
+            _candidate(state, candidate, leading.get(candidate.effect), found.added)
     Figures(lambda: drawings.evidence(found)).mark("evidence")
 
 
@@ -82,26 +88,32 @@ def diagnose(state: WorkbenchState) -> None:
     )
 
 
-def add(state: WorkbenchState, effect: str) -> None:
-    """Begin adding an effect to the current model, and show where its error falls."""
-    number = state.session.current
-    assert number is not None
-    model = state.session.model_file(number)
-    state.start_model(
-        f"Add {effect}",
-        tasks.add,
-        f"{effect} added to model {number}",
-        number,
-        command_lines.add(state, effect, model),
-        effect=effect,
-        runs=state.paths("train"),
-        test=state.paths("test"),
-        model=model,
+def _begin_button(state: WorkbenchState, other: OtherBaseRecord) -> None:
+    """Identifies the base model that does better; effect files of the user's own are left to the command."""
+    model = state.model()
+    if model is None or set(other.effects) - library().keys():
+        return
+    choice = ModelChoice(model.thermal, other.deformation, other.effects, varies=other.varies)
+
+    def begin() -> None:
+        adding.fit(state, choice)
+        turn_to("Add")
+
+    words = " with ".join([other.deformation, ", ".join(other.effects)] if other.effects else [other.deformation])
+    ui.button(f"Fit {words}", on_click=notify_errors(begin)).props("unelevated no-caps").classes("as-wide").mark(
+        "begin"
     )
-    turn_to("Add")
 
 
-def _candidate(state: WorkbenchState, candidate: CandidateRecord, leading: LeadingCandidate | None) -> None:
+def _add_button(state: WorkbenchState, effect: str, style: str) -> None:
+    """Adds an effect; that of the answer has its button there, where it is seen."""
+    add = notify_errors(partial(adding.add, state, effect))
+    ui.button(f"Add {effect}", on_click=add).props(f"{style} no-caps").classes("as-wide").mark(f"add {effect}")
+
+
+def _candidate(
+    state: WorkbenchState, candidate: CandidateRecord, leading: LeadingCandidate | None, added: Sequence[str]
+) -> None:
     tried = candidate.standing != "not tried"
     caption = outcome(candidate.standing, candidate.reason) if tried else candidate.meaning
     with (
@@ -120,9 +132,8 @@ def _candidate(state: WorkbenchState, candidate: CandidateRecord, leading: Leadi
                 "experiment that would tell."
             )
         place = ui.element("div")
-        ui.button(f"Add {candidate.effect}", on_click=notify_errors(partial(add, state, candidate.effect))).props(
-            "outline no-caps"
-        ).classes("as-wide").mark(f"add {candidate.effect}")
+        if candidate.effect not in added[:1]:
+            _add_button(state, candidate.effect, "outline")
     open_.on_value_change(_once(lambda: _picture(state, candidate, leading, place)))
 
 
@@ -137,8 +148,8 @@ def _described(candidate: CandidateRecord) -> None:
     with ui.element("ul"):
         for p in effect.parameters:
             with ui.element("li"):
-                unit = "" if p.unit == "1" else f" {p.unit}"
-                ui.label(f"{p.name}: {p.description}, {p.lower:g} … {p.upper:g}{unit} ({p.source})")
+                ends = f"{p.lower:g} … {p.upper:g}{after_number(p.unit)}"
+                ui.label(f"{p.name}: {p.description}, {ends} ({p.source})")
 
 
 def _picture(

@@ -9,19 +9,16 @@ from typing import Final
 
 from nicegui import ui
 
-from lce_app.workbench import command_lines, tasks
+from lce_app.workbench import command_lines, own_effects, tasks
 from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.kept_blocks import blocks_of
-from lce_app.workbench.memory import turn_to
 from lce_app.workbench.records import DiscoveryRecord, FoundRecord, read_discovery
 from lce_app.workbench.sliders import StrengthSlider
 from lce_app.workbench.state import WorkbenchState
-from lce_app.workbench.texts import code, heading, listing, named
-from lce_data.files import read_at_most
+from lce_app.workbench.texts import code, heading, named
 from lce_model import Model
-from lce_model.effects import Effect, find_trusted
-from lce_model.trust import MOST_BYTES, UntrustedEffect, is_trusted, sha256, trust
+from lce_model.trust import sha256, trust
 from lce_report.pages.discovery import WHAT_WAS_FOUND
 
 ASKED_AFTER: Final = ("unexplained", "cannot_tell")
@@ -74,25 +71,6 @@ def discover(state: WorkbenchState) -> None:
     )
 
 
-def add(state: WorkbenchState, found: FoundRecord) -> None:
-    """Begin adding a function that was found to the current model, as `lce add` does with its file."""
-    number, file = state.session.current, _file(state, found)
-    assert number is not None
-    effect, model = _effect(file), state.session.model_file(number)
-    state.start_model(
-        f"Add {effect.name}",
-        tasks.add,
-        f"{effect.name} added to model {number}",
-        number,
-        command_lines.add(state, f"./{file.relative_to(state.folder).as_posix()}", model),
-        effect=str(file),
-        runs=state.paths("train"),
-        test=state.paths("test"),
-        model=model,
-    )
-    turn_to("Add")
-
-
 def _trust_written(state: WorkbenchState, out: Path) -> None:
     """Trust what the job has written, unless it has changed since."""
     for found in read_discovery(out).found:
@@ -106,13 +84,6 @@ def _file(state: WorkbenchState, found: FoundRecord) -> Path:
     return state.session.place / Path(found.file).name
 
 
-def _effect(file: Path) -> Effect:
-    """The effect of a file. Raises UntrustedEffect, and does not run it, unless it is trusted as it is now."""
-    if not is_trusted(sha256(file)):
-        raise UntrustedEffect(f"{file.name}: not run, because you have not trusted it as it is now")
-    return find_trusted(file)
-
-
 def _function(state: WorkbenchState, found: DiscoveryRecord, one: FoundRecord) -> None:
     """What was found as a file: the text, the slider on its strength, and the button that adds it."""
     file = _file(state, one)
@@ -121,16 +92,7 @@ def _function(state: WorkbenchState, found: DiscoveryRecord, one: FoundRecord) -
         if not file.is_file():
             ui.label(f"{file.name} is no longer there. Discover again.").classes("bad")
             return
-        with ui.expansion(file.name, caption="the effect file: what lce add and lce diagnose --effect take"):
-            text = read_at_most(file, MOST_BYTES).decode(errors="replace")
-            listing(text).mark("effect file")
-        if not is_trusted(sha256(file)):
-            ui.label(
-                f"You have not trusted {file.name}, and no page of yours has written it as it is now. An effect is a "
-                "program: read it before you let it run."
-            )
-            trusted = ui.button("Trust this file", on_click=notify_errors(partial(_trust, state, file)))
-            trusted.props("outline no-caps").mark("trust")
+        if not own_effects.show(state, file):
             return
         if one.rival:
             ui.label("Another formula describes the curve as well. This finds the run that tells the two apart:")
@@ -138,18 +100,13 @@ def _function(state: WorkbenchState, found: DiscoveryRecord, one: FoundRecord) -
             assert number is not None
             line = command_lines.tell_apart(state, state.session.model_file(number), file, file.with_name(one.rival))
             code(line)
-        ui.button(f"Add {one.effect}", on_click=notify_errors(partial(add, state, one))).props(
+        ui.button(f"Add {one.effect}", on_click=notify_errors(partial(own_effects.add, state, file))).props(
             "outline no-caps"
         ).classes("as-wide").mark(f"add {one.effect}")
         model = state.model()
         if model is not None and state.used():
-            effect = _effect(file)
+            effect = own_effects.effect_of(file)
             StrengthSlider(state, model, with_values(model, found).add(str(file)), effect)
-
-
-def _trust(state: WorkbenchState, file: Path) -> None:
-    trust(file)
-    state.version += 1
 
 
 def with_values(model: Model, found: DiscoveryRecord) -> Model:

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from nicegui import ui
 
-from lce_app.workbench import command_lines
+from lce_app.workbench import archive, command_lines
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.texts import code, heading
+from lce_data.errors import LceError
 from lce_report.pages.comparison import render_comparison
 
 
@@ -35,7 +37,10 @@ def fill(state: WorkbenchState) -> None:
         ):
             if file.exists():
                 _download(label, file)
-    ui.label("CSV (of the range in view) and PNG are at every figure.")
+        everything = ui.button("Everything (ZIP)").props("outline no-caps").mark("everything")
+        everything.on_click(lambda: _everything(state))
+        ui.label("the runs in use, models, reports and versions: on another machine, lce workbench FILE.zip opens it")
+    ui.label("CSV, PNG, SVG and PDF (of the range in view) are at every figure.")
     heading("The same on the command line")
     ui.label(f"In the folder {state.folder}; the files of the page are in {place.name}/.")
     for line in commands(state):
@@ -49,7 +54,7 @@ def commands(state: WorkbenchState) -> list[str]:
     number = state.session.current
     assert number is not None
     model = state.session.model_file(number)
-    lines = [command_lines.compare(state, model), command_lines.diagnose(state, model)]
+    lines = [*command_lines.prepare(state), command_lines.compare(state, model), command_lines.diagnose(state, model)]
     if state.session.discovery_file(number).exists():
         lines.append(command_lines.discover(state, model))
     if command := state.session.kept(number).command:
@@ -59,6 +64,17 @@ def commands(state: WorkbenchState) -> list[str]:
 
 def _download(label: str, file: Path) -> None:
     ui.button(label, on_click=lambda: ui.download.content(file.read_bytes(), file.name)).props("outline no-caps")
+
+
+async def _everything(state: WorkbenchState) -> None:
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / f"{state.folder.name}.zip"
+        try:
+            await asyncio.to_thread(archive.write, state.session, state.recordings(), file)
+        except LceError as error:
+            ui.notify(str(error), type="negative")
+            return
+        ui.download.content(await asyncio.to_thread(file.read_bytes), file.name)
 
 
 async def _report(state: WorkbenchState) -> None:

@@ -9,13 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from nicegui import events, ui
+from nicegui import background_tasks, events, ui
 
 from lce_app.use_cases.import_runs import Options, import_runs, understand
 from lce_app.workbench.figures import Figures
-from lce_app.workbench.memory import turn_to
+from lce_app.workbench.memory import handed_over, turn_to
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.texts import named
+from lce_app.workbench.uploads import RUNS, TABLES
 from lce_data.errors import LceError
 from lce_data.importing.headers import SI_UNITS, si_unit
 from lce_data.importing.layout import find_layout
@@ -27,11 +28,6 @@ if TYPE_CHECKING:
     from lce_report import Block
 
 LEFT_OUT: Final = "left out"
-UPLOADS: Final = "uploads"
-"""Folder of the page's own files, in which no run is looked for."""
-RUNS: Final = "runs"
-"""Folder into which runs are written, in that of the page."""
-TABLES: Final = (".csv", ".txt", ".tsv", ".dat")
 
 
 def fill(state: WorkbenchState) -> Callable[[], None]:
@@ -48,15 +44,14 @@ class ImportTab:
         self._names: tuple[str, ...] = ()
         ui.label(
             "A table that is no run yet: choose one of this folder, or one from elsewhere. Its separator, columns and "
-            "units are found out; correct below what is wrong. (Bags: lce import --topic.)"
+            "units are found out; correct below what is wrong. (Bags: lce import --topic.) Files that are dropped "
+            "anywhere on the page come here too: runs, models and effects of yours go where they belong."
         )
         with ui.row().classes("line"):
             self._files = ui.select({}, label="File of this folder").classes("protocol").mark("foreign file")
             self._files.on_value_change(self._open_chosen)
-            upload = ui.upload(auto_upload=True, on_upload=self._open_upload).mark("upload")
-            upload.style("display: none")  # screen readers cannot use it; a button of our own opens its dialog
             pick = ui.button("File from elsewhere …").props("outline no-caps")
-            pick.on("click", js_handler=f"() => runMethod({upload.id}, 'pickFiles', [])")
+            pick.on("click", js_handler="() => lcePickFiles()")
         self._columns = ui.element("div").mark("columns")
         self._figures = Figures(self._blocks).mark("recording")
         self._button = ui.button("Import", color="accent", on_click=self._import).props("unelevated no-caps")
@@ -64,7 +59,10 @@ class ImportTab:
         self._button.set_enabled(False)
 
     def follow(self) -> None:
-        """List the files anew when something has changed."""
+        """Take a table that came from elsewhere; list the files anew when something has changed."""
+        if (table := handed_over()) is not None:
+            self._files.set_value(None)
+            background_tasks.create(self._understand(table), name="understand")
         if self._version == self._state.version:
             return
         self._version = self._state.version
@@ -77,14 +75,6 @@ class ImportTab:
     async def _open_chosen(self, event: events.ValueChangeEventArguments[str | None]) -> None:
         if event.value:
             await self._understand(Path(event.value))
-
-    async def _open_upload(self, event: events.UploadEventArguments) -> None:
-        place = self._state.session.place / UPLOADS
-        place.mkdir(parents=True, exist_ok=True)
-        file = place / Path(event.file.name).name
-        await event.file.save(file)
-        self._files.set_value(None)
-        await self._understand(file)
 
     async def _understand(self, file: Path, picks: tuple[Pick, ...] = ()) -> None:
         """Understand a file, and show what was understood."""
