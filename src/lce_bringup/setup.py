@@ -29,16 +29,17 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "pytest-timeout"]},  # by which colcon test knows its runner
     zip_safe=False,
-    maintainer="LCE bench contributors",
-    maintainer_email="lce-bench@example.org",
+    maintainer="LCE bench maintainers",
+    maintainer_email="maintainers@lce-bench.example.org",
     description="Launch files, configuration, models and layouts. No logic.",
     license="Apache-2.0",
+    url="https://lce-bench.example.org",
     entry_points={
         "console_scripts": [
             # `ros2 run lce_bringup NAME`, as it was before these had packages of their own.
-            "experiment_player = lce_experiment.nodes.experiment_player_node:main",
-            "target_player = lce_experiment.nodes.target_player_node:main",
-            "recorder = lce_experiment.nodes.recorder_node:main",
+            "experiment_player = lce_experiment.executables:experiment_player",
+            "target_player = lce_experiment.executables:target_player",
+            "recorder = lce_experiment.executables:recorder",
             "lce = lce_app.cli.main:main",
         ],
     },
