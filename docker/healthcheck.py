@@ -20,7 +20,10 @@ def main(name: str) -> int:
     node = Node("healthcheck")
     heard: list[DiagnosticStatus] = []
     node.create_subscription(
-        DiagnosticArray, "/diagnostics", lambda message: heard.extend(s for s in message.status if s.name == name), 10
+        DiagnosticArray,
+        "/diagnostics",
+        lambda message: heard.extend(s for s in message.status if s.name.partition(":")[0] == name),  # "NODE: output"
+        10,
     )
     clock = node.get_clock()
     end = clock.now().nanoseconds + int(TIMEOUT_S * 1e9)

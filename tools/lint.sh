@@ -20,5 +20,8 @@ check "ruff check" ruff check --output-format concise .
 check "ruff format" ruff format --check --output-format concise .
 check "mypy" mypy
 check "import contract" lint-imports --no-logo
+check "citation schema" check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+check "plain English" python tools/plain_english.py
 check "hadolint" hadolint docker/Dockerfile
+check "compose schema" check-jsonschema --builtin-schema vendor.compose-spec docker/compose*.yaml
 [[ ${#failed[@]} -eq 0 ]]

@@ -76,7 +76,7 @@ main() {
         flock 9
     fi
     mapfile -t venv_inputs < <(ls requirements/venv.lock tools/setup.sh tools/ros_prefix.py)
-    mapfile -t build_inputs < <(ls src/*/{package.xml,setup.py,setup.cfg,CMakeLists.txt} src/*/srv/* 2> /dev/null)
+    mapfile -t build_inputs < <(ls src/*/{package.xml,setup.py,setup.cfg,CMakeLists.txt} src/*/{msg,srv}/* 2> /dev/null)
     clean_environment
     local venv_print build_print
     venv_print=$(fingerprint "${venv_inputs[@]}")
