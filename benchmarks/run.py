@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make bench`: everything that is measured rather than tested, into docs/benchmarks.md.
+"""`make bench`: everything that is measured rather than tested, into docs/results/benchmarks.md.
 
 --only NAME… measures some parts and replaces just their sections of the document; --quick shortens the long parts,
 prints, and leaves the document alone.
@@ -22,7 +22,7 @@ import recovery
 import speed
 import workbench
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "benchmarks.md"
+DOCUMENT = Path(__file__).parents[1] / "docs" / "results" / "benchmarks.md"
 HEAD = """# Benchmarks
 
 Written by `make bench`. Two shared cores; ratios were measured side by side in one run and are what counts.

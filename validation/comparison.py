@@ -2,7 +2,7 @@
 """`make comparison`: the deformation models beside each other, on the runs that they were fitted to and on others.
 
 Data come from the independent strip of this folder, which shares no code with the models, and from the dissertation's
-chapter 5 model itself. Writes docs/comparison.md and docs/comparison.svg.
+chapter 5 model itself. Writes docs/results/comparison.md and docs/results/comparison.svg.
 """
 
 import argparse
@@ -194,12 +194,13 @@ HEAD = """# The deformation models compared
 Written by `make comparison`. Errors are NRMSE of the displacement (4.24) in percent, root mean square over runs; one
 parameter set for all runs of a table unless it says otherwise. Data: the independent strip of
 `validation/independent_strip` (distributed temperatures, noise of 0.06 K at 10 Hz and 4 µm at 100 Hz), which shares no
-code with the models ([what `kinetic` has in common with it](kinetic.md#how-far-the-independent-strip-judges-it)), and
-the chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two, one or two runs of minor loops that
-turn at different depths of both branches, a PRBS. Fit times are those of the machine that wrote this.
+code with the models
+([what `kinetic` has in common with it](../explanation/kinetic.md#how-far-the-independent-strip-judges-it)), and the
+chapter 5 model itself. Unseen runs: another T_h or two, a staircase or two, one or two runs of minor loops that turn
+at different depths of both branches, a PRBS. Fit times are those of the machine that wrote this.
 
-`equilibrium` and `dynamic` are the dissertation's, `kinetic` is [ours](kinetic.md), `prandtl_ishlinskii` (generalised,
-weighted plays) and `bouc_wen` are hysteresis models without physics.
+`equilibrium` and `dynamic` are the dissertation's, `kinetic` is [ours](../explanation/kinetic.md), `prandtl_ishlinskii`
+(generalised, weighted plays) and `bouc_wen` are hysteresis models without physics.
 """
 
 
@@ -225,7 +226,7 @@ def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
         *table(few), *verdict(few),
         "## P → T → d, fitted to pulses, a staircase and minor loops", "", *table(many), *verdict(many),
         f"`+ {LOSS}`, `+ {GLOW}`: the lumped heat balance with a loss that grows with the temperature, two of the "
-        "[effects](effects.md). With a constant loss the thermal stage limits every deformation model. "
+        "[effects](../reference/effects.md). With a constant loss the thermal stage limits every deformation model. "
         f"`+ {LATE}`: the domains take time to turn once they are over the barrier, another effect.", "",
         "## T → d alone, driven by the measured temperature", "",
         "The camera's 10 Hz, smoothed. Fitted to pulses, a staircase and minor loops:", "",
@@ -247,7 +248,7 @@ def document(bar: "tqdm[None]", folder: Path) -> tuple[str, list[Picture]]:
 def main() -> int:
     """Run the comparison and write the documents."""
     parser = argparse.ArgumentParser(description="the deformation models compared")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "comparison.md")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "results" / "comparison.md")
     args = parser.parse_args()
     with TemporaryDirectory() as folder, tqdm(total=43, unit="fit", dynamic_ncols=True) as bar:
         text, loops = document(bar, Path(folder))

@@ -2,7 +2,7 @@
 """`make control`: the modes of control beside each other and beside the bang-bang limit, as in Tables 6.2 and 6.3.
 
 The controllers of the nodes are closed over the simulated strip with the noise of its sensors, without ROS; one run
-goes through the real nodes as well. Writes docs/control_comparison.md and docs/pictures/control.svg.
+goes through the real nodes as well. Writes docs/results/control_comparison.md and docs/pictures/control.svg.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from lce_data.topics import TARGET
 from lce_experiment.positioning.outcome import read_series
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE, PICTURE = ROOT / "docs" / "control_comparison.md", ROOT / "docs" / "pictures" / "control.svg"
+PAGE, PICTURE = ROOT / "docs" / "results" / "control_comparison.md", ROOT / "docs" / "pictures" / "control.svg"
 TARGETS_MM = (1.0, 1.5, 2.0, 2.5, 3.0)
 PRINTED = {  # target [mm]: σ double, σ single [%] of Table 6.2; rise double, single [s] of Table 6.3
     1.0: (1.59, 2.52, 5.12, 20.97),
@@ -392,11 +392,11 @@ def main() -> None:
         "",
         "Written by `make control`. The strip is that of `lce control`, camera at 10 Hz with 0.06 K of noise, distance "
         "sensor with 4 µm, command limit 2 W; all modes see the same noise. `single` and `double` have the gains of "
-        "[`control.yaml`](../src/lce_bringup/config/control.yaml). The limit is the bang-bang limit of the same "
+        "[`control.yaml`](../../src/lce_bringup/config/control.yaml). The limit is the bang-bang limit of the same "
         "strip: full power until the switching time, then what holds the target, everything about it known. Figures "
         f"are those of the true displacement; {args.seeds} seeds of the noise for steps.",
         "",
-        "![Steps of the three modes over the limit](pictures/control.svg)",
+        "![Steps of the three modes over the limit](../pictures/control.svg)",
         "",
         *bars(results),
         *from_rest(results),

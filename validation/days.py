@@ -211,7 +211,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--seeds", type=int, default=4, help="campaigns of each kind")
     parser.add_argument("--minutes", type=float, default=60.0, help="stop beginning new campaigns after this time")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="campaigns at once")
-    parser.add_argument("--out", type=Path, help="write the report, as docs/days.md")
+    parser.add_argument("--out", type=Path, help="write the report, as docs/results/days.md")
     return parser.parse_args()
 
 

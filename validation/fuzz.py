@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make fuzz`: thousands of damaged and hostile files, and what `lce` and its page say of each.
 
-    python validation/fuzz.py --cases 2000 --minutes 60 --out docs/fuzz.md
+    python validation/fuzz.py --cases 2000 --minutes 60 --out docs/results/fuzz.md
 
 Each case changes one file of a good set and gives it to a command, in a process that runs one case after the other and
 is replaced when it hangs or dies. A case fails by a traceback, by more than 10 s of computation (of a fit: 60 s) or
@@ -194,7 +194,8 @@ def page(found: Sequence[Case], seed: int, seconds: float) -> str:
         "# Damaged and hostile files",
         "",
         f"Written by `make fuzz`: {len(found)} cases from seed {seed} in {seconds / 60.0:.0f} minutes. Each changes "
-        "one file of a good set at random and gives it to a command or to the page ([fuzz.py](../validation/fuzz.py)).",
+        "one file of a good set at random and gives it to a command or to the page "
+        "([fuzz.py](../../validation/fuzz.py)).",
         "",
         "| file | cases | used | refused in one line | faults |",
         "|---|---|---|---|---|",

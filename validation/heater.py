@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured heater runs of docs/heater.md as experiments, as `lce import` makes them there.
+"""The measured heater runs of docs/results/heater.md as experiments, as `lce import` makes them there.
 
 They were measured on a TCLab board and come from the folder data/ of github.com/dowlinglab/pyomo-doe (BSD-3-Clause),
 where their names begin with `validation_experiment_env_2_`. Tests and `make heater` take them from beside the

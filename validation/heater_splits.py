@@ -3,10 +3,10 @@
 
     python validation/heater_splits.py --source raw --effect my_effect.py
 
-Every split of the six heater runs of docs/heater.md into at least two for training and at least one held out: a lumped
-model is fitted to the training runs and diagnosed with the others as test. The heater has a second mass, and another
-ambient temperature in every run (a two-state model with an ambient temperature of each run is the reference), so
-second_mass is what should be named, and ambient.t_env, lumped.gain or lumped.tau what differs.
+Every split of the six heater runs of docs/results/heater.md into at least two for training and at least one held out: a
+lumped model is fitted to the training runs and diagnosed with the others as test. The heater has a second mass, and
+another ambient temperature in every run (a two-state model with an ambient temperature of each run is the reference),
+so second_mass is what should be named, and ambient.t_env, lumped.gain or lumped.tau what differs.
 """
 
 import argparse
@@ -167,7 +167,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help="a candidate of your own")
     parser.add_argument("--minutes", type=float, default=30.0, help="stop beginning new splits after this time")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="splits at once")
-    parser.add_argument("--out", type=Path, help="write the report, as docs/heater-splits.md")
+    parser.add_argument("--out", type=Path, help="write the report, as docs/results/heater-splits.md")
     return parser.parse_args()
 
 
@@ -175,7 +175,7 @@ def main() -> int:
     """Judge every split; print and write the report."""
     args = options()
     if args.source is None:
-        print("heater: skipped, the measured runs are not here; docs/heater.md says where to get them (--source)")
+        print("heater: skipped, the measured runs are not here (--source); docs/results/heater.md says where they are")
         return 0
     done: list[Split] = []
     with TemporaryDirectory() as name, tqdm(total=len(splits(heater.RUNS)), unit="split", dynamic_ncols=True) as bar:

@@ -3,7 +3,7 @@
 
 The measured data of the dissertation are not public, so the data come from the independent strip of this folder, which
 shares no code and no equations with the models that are fitted. What can be compared is the procedure and the order
-of the errors, not the numbers themselves. Writes docs/tables.md.
+of the errors, not the numbers themselves. Writes docs/results/tables.md.
 """
 
 import argparse
@@ -223,7 +223,7 @@ printed (1/N)√Σe².
 def main() -> int:
     """Run the procedures and write the document."""
     parser = argparse.ArgumentParser(description="the dissertation's tables as procedures")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "tables.md")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "results" / "tables.md")
     args = parser.parse_args()
     with TemporaryDirectory() as folder, tqdm(total=24, unit="fit", dynamic_ncols=True) as bar:
         tables = Tables(bar)

@@ -71,6 +71,52 @@ def test_tests_that_are_named_exist(document: Path) -> None:
             assert name in known, f"{document.name}: {name}"
 
 
-def test_every_command_is_in_the_readme() -> None:
-    spans = " ".join(code(ROOT / "README.md"))
+def test_every_command_is_in_the_reference() -> None:
+    spans = " ".join(code(ROOT / "docs" / "reference" / "README.md"))
     assert [name for name in COMMANDS if f"lce {name}" not in spans] == []
+
+
+def test_every_page_is_in_the_index_once() -> None:
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    linked = re.findall(r"\]\(([\w/-]+\.md)\)", index)
+    pages = {str(page.relative_to(ROOT / "docs")) for page in DOCUMENTS if page.is_relative_to(ROOT / "docs")}
+    assert sorted(linked) == sorted(name for name in pages - {"README.md"} if "decisions/0" not in name)
+
+
+def test_every_decision_is_in_the_list_of_decisions() -> None:
+    folder = ROOT / "docs" / "explanation" / "decisions"
+    linked = re.findall(r"\]\((0[\w-]+\.md)\)", (folder / "README.md").read_text(encoding="utf-8"))
+    assert linked == sorted(page.name for page in folder.glob("0*.md"))
+
+
+HAND_WRITTEN = [
+    page for page in DOCUMENTS if re.search(r"docs/(tutorials|how-to|reference|explanation)/[\w-]+\.md", str(page))
+]
+
+
+@pytest.mark.parametrize("page", HAND_WRITTEN, ids=lambda path: path.stem)
+def test_a_page_begins_with_its_purpose_and_ends_with_a_next_step(page: Path) -> None:
+    blocks = page.read_text(encoding="utf-8").strip().split("\n\n")
+    assert blocks[0].startswith("# ") and "\n" not in blocks[0]
+    assert re.match(r"[\w`\"[]", blocks[1]) and not blocks[1].startswith("```"), "no sentence under the title"
+    assert re.match(r"Next: .*\]\(", blocks[-1]), "no next step"
+
+
+def test_the_changelog_has_the_form_of_keep_a_changelog() -> None:
+    headings = re.findall(r"^##+ .*$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    release, kind = (
+        r"## \[(Unreleased\]|\d+\.\d+\.\d+\] - \d{4}-\d\d-\d\d)",
+        "### (Added|Changed|Deprecated|Removed|Fixed|Security)",
+    )
+    assert headings[0] == "## [Unreleased]"
+    assert [heading for heading in headings if not re.fullmatch(f"{release}|{kind}", heading)] == []
+
+
+def test_the_sensor_of_the_page_is_the_one_that_the_tests_add() -> None:
+    page = (ROOT / "docs" / "how-to" / "add-a-sensor.md").read_text(encoding="utf-8")
+    patch = (ROOT / "test" / "system" / "third_sensor" / "force_gauge.patch").read_text(encoding="utf-8")
+    added = [line[1:] for line in patch.splitlines() if line.startswith("+") and not line.startswith("+++")]
+    blocks = re.findall(r"^```(?:python|yaml)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    shown = [line for block in blocks if not block.startswith("format:") for line in block.splitlines()]
+    assert [line for line in shown if line not in added] == []
+    assert [line for line in added if line not in shown] == []

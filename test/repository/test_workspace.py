@@ -9,18 +9,20 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from catkin_pkg.package import parse_package
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
 PACKAGES = sorted(file.parent.name for file in SOURCES.glob("*/package.xml"))
 ROSDEP = {  # import name: rosdep key, where they differ
-    "gi": "",  # the camera's library, by hand: docs/hardware.md
+    "gi": "python3-gi",
     "launch_testing": "",
-    "distributed": "",  # optional: docs/diagnosis.md
+    "distributed": "",  # optional: docs/explanation/diagnosis.md
     "control": "",  # requirements/ubuntu.txt
-    "fastapi": "",  # comes with nicegui
+    "fastapi": "python3-fastapi",
     "jinja2": "python3-jinja2",
     "joblib": "python3-joblib",
     "markupsafe": "",  # comes with jinja2
+    "matplotlib": "python3-matplotlib",
     "mcap": "",  # requirements/ubuntu.txt
     "msgspec": "",  # requirements/ubuntu.txt
     "nicegui": "",  # requirements/ubuntu.txt
@@ -80,6 +82,18 @@ def test_one_version_and_licence(package: str) -> None:
     assert declared(package, "license") == {"Apache-2.0"}
     setup = SOURCES / package / "setup.py"
     assert not setup.exists() or 'version="0.1.0"' in setup.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_a_package_says_whom_to_ask_and_how_it_is_linted(name: str) -> None:
+    warnings: list[str] = []
+    package = parse_package(str(SOURCES / name), warnings=warnings)
+    package.validate(warnings=warnings)
+    assert warnings == []
+    assert [maintainer.name for maintainer in package.maintainers] == ["LCE bench maintainers"], "a role, not a person"
+    assert [url.type for url in package.urls] == ["repository"]
+    linter = "ament_lint_cmake" if name == "lce_interfaces" else "ament_flake8"
+    assert linter in declared(name, "test_depend")
 
 
 def test_the_service_says_its_units() -> None:

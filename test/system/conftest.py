@@ -2,7 +2,6 @@
 import os
 
 import pytest
-from chromium import CHROMIUM
 
 MISSING = "no Chromium on this machine: tools/test_extras.sh gets one"
 
@@ -10,5 +9,7 @@ MISSING = "no Chromium on this machine: tools/test_extras.sh gets one"
 @pytest.fixture(scope="session")
 def chromium() -> None:
     """Skip the test, or fail it under CI=true, if this machine has no Chromium."""
+    from chromium import CHROMIUM
+
     if CHROMIUM is None:
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(MISSING)

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -30,11 +30,11 @@ def lce(*words: str, cwd: Path | None = None, timeout_s: float = 60.0) -> subpro
 
 
 @contextmanager
-def started(*words: str) -> Iterator["Running"]:
+def started(*words: str, command: Sequence[str] = LCE) -> Iterator["Running"]:
     """A command under way; whatever is left of it in the end is killed."""
     mark = f"{os.getpid()}-{time.monotonic_ns()}"
     process = subprocess.Popen(
-        [*LCE, *words],
+        [*command, *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

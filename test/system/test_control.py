@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Bool, Float64
@@ -78,7 +78,11 @@ class Bench:
 
     def said(self, name: str) -> list[str]:
         """The messages of a node in /diagnostics so far."""
-        return [s.message for m in self.diagnostics.messages for s in m.status if s.name == f"/lce/{name}"]
+        return [s.message for s in self.statuses(name)]
+
+    def statuses(self, name: str) -> list[DiagnosticStatus]:
+        """The statuses of a node in /diagnostics so far."""
+        return [s for m in self.diagnostics.messages for s in m.status if s.name.startswith(f"/lce/{name}:")]
 
 
 @contextmanager
@@ -274,7 +278,7 @@ def test_the_actual_branch_is_that_of_the_way_the_strip_has_come(graph: Graph, t
         asked = []
         for target_m in (1.0e-3, 2.2e-3, 1.0e-3):
             b.follow(target_m, 15.0)
-            status = [s for m in b.diagnostics.messages for s in m.status if s.name == "/lce/outer_controller"][-1]
+            status = b.statuses("outer_controller")[-1]
             asked.append(float(next(v.value for v in status.values if v.key == "feedforward_c")))
     assert asked[2] < asked[0] - 2.0 < asked[1]
 

@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,9 @@ def test_there_is_a_service_for_every_node() -> None:
         registry.PLAYER,
         *(spec for mode in registry.CONTROLLERS.values() for spec in mode),
     }
-    assert set(compose()["services"]) == {spec.name for spec in specs}
+    services, nodes = set(compose()["services"]), {spec.name for spec in specs}
+    assert nodes <= services, f"docker/compose.yaml has no service {', '.join(sorted(nodes - services))}"
+    assert services <= nodes, f"the registry has no node {', '.join(sorted(services - nodes))} of docker/compose.yaml"
 
 
 @pytest.mark.parametrize("mode", registry.CONTROLLERS)
@@ -52,7 +55,21 @@ def test_a_service_has_no_more_rights_than_it_needs(name: str) -> None:
     assert service["read_only"] and service["init"] and service["cap_drop"] == ["ALL"]
     assert service["restart"] == "no", "a laser that has ended stays dark"
     assert service["environment"]["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
-    assert not service.get("privileged") and "user" not in service
+    assert not service.get("privileged")
+    assert service["user"] == "1000:1000", "of the host, by HOST_UID and HOST_GID; never root"
+
+
+def test_one_service_builds_the_image_that_all_use() -> None:
+    services = compose()["services"]
+    assert [name for name, service in services.items() if "build" in service] == ["laser"]
+    assert len({service["image"] for service in services.values()}) == 1
+    assert "profiles" not in services["laser"], "it is built whatever is started"
+
+
+def test_recordings_go_to_a_folder_that_the_user_has_made() -> None:
+    (runs,) = (place for place in compose()["services"]["recorder"]["volumes"] if isinstance(place, dict))
+    assert (runs["source"], runs["target"]) == ("../runs", "/bench/runs")
+    assert not runs["bind"]["create_host_path"], "Docker would make it root's"
 
 
 @pytest.mark.parametrize("name", sorted(set(compose()["services"]) - {JOB}))
@@ -101,6 +118,11 @@ def test_the_services_commands_record_an_experiment(tmp_path: Path, graph: Graph
     until(lambda: player.poll() is not None or any(p.poll() is not None for p in running.values()), "the end", 60.0)
     logs = {file.stem: file.read_text() for file in tmp_path.glob("*.log")}
     assert player.poll() == 0, logs
+    check = [sys.executable, str(DOCKER / "healthcheck.py"), "/lce/laser"]
+    health = subprocess.run(
+        check, env=os.environ | {"ROS_DOMAIN_ID": str(graph.domain)}, capture_output=True, text=True, check=False
+    )
+    assert health.returncode == 0, health.stdout + health.stderr
     for name, process in running.items():
         process.terminate()
         assert process.wait(timeout=10) == 0, logs[name]

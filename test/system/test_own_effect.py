@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/tutorial-own-effect.md, run as it stands; and what is wrong with an effect file is told in one line."""
+"""docs/tutorials/own-effect.md, run as it stands; and one line says what is wrong with an effect file."""
 
 import re
 import shlex
@@ -15,7 +15,7 @@ from lce_data.errors import LceError
 from lce_model import default_model, load_model, save_model, trust
 from lce_model.effects import find
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "tutorial-own-effect.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "tutorials" / "own-effect.md").read_text(encoding="utf-8")
 
 
 def blocks(kind: str) -> list[str]:
@@ -26,7 +26,7 @@ def blocks(kind: str) -> list[str]:
 
 EFFECT, WITH_TIME = blocks("python")
 (STRIP,) = blocks("yaml")
-TRY_OUT, USE, TRUST, RUN = blocks("")
+TRY_OUT, TRUST, RUN, USE = blocks("")
 
 
 @pytest.fixture

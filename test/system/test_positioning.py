@@ -81,11 +81,13 @@ def test_a_fault_of_a_controller_ends_the_player_and_a_refused_target_does_not(g
 @pytest.mark.alone
 def test_in_real_time_the_nodes_are_processes_and_the_end_is_dark(tmp_path: Path) -> None:
     done = lce(
-        "control", "1.5", "--hold", "3", "--seed", "2", "--out", str(tmp_path / "bag"), "--set", "lumped.gain=60"
-    )
+        "control", "1.5", "--hold", "3", "--seed", "2", "--out", str(tmp_path / "bag"), "--set", "lumped.gain=60",
+        "--specimen", "A7", "--condition", "ambient_c=23.5",
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     about = experiment(tmp_path / "bag")
     assert (about["outcome"], about["mode"], about["protocol"]) == ("complete", "realtime", "control 1.5 mm, double")
+    assert (about["conditions"]["specimen"], about["conditions"]["ambient_c"]) == ("A7", 23.5)
     assert about["model"]["set"] == {"lumped.gain": 60.0} and not any(about["lost"].values())
     _, power_w = values(tmp_path / "bag", "/lce/laser/power")
     assert power_w.max() == 2.0 and power_w[-1] == 0.0
@@ -112,6 +114,7 @@ def test_a_target_for_which_the_laser_is_too_weak_is_out_of_reach() -> None:
         (["1", "--gains", "none.yaml"], "none.yaml: no such file"),
         (["1", "--seed", "-1"], "seed -1"),
         (["1", "--model", "none.yaml"], "none.yaml"),
+        (["1", "--condition", "23.5"], "--condition 23.5: expected KEY=VALUE"),
     ],
 )
 def test_a_bad_request_is_one_line_and_nothing_is_written(

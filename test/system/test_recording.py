@@ -5,6 +5,7 @@ import resource
 import signal
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +95,7 @@ def test_a_killed_recorder_loses_less_than_a_second(graph: Graph, tmp_path: Path
     graph.until(lambda: _size(bag) > 12_000 and sent % 10 == 7, what="recording")
     graph.kill(recorder)
     state = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["custom_data"]
-    assert state == {"lce_state": "recording"}
+    assert state["lce_state"] == "recording" and state["software.lce"]
     done = lce("repair", str(bag))
     assert done.returncode == 0 and "recording.mcap.truncated" in done.stdout, done.stderr
     numbers = np.array([m.data for m in read(bag)["/lce/topic0"][1]])
@@ -144,10 +145,18 @@ def test_what_a_stopped_recorder_loses_is_counted(graph: Graph, tmp_path: Path) 
     recorder = _start(graph, bag, topics)
     publisher = graph.start("", code=PUBLISHER, count=str(topics))
     until(lambda: _size(bag) > 20_000, "recording")
-    recorder.send_signal(signal.SIGSTOP)
-    graph.spin_for(3.0)
-    recorder.send_signal(signal.SIGCONT)
-    until(lambda: sum(experiment(bag).get("lost", {}).values()), "the number of the lost, while it records")
+
+    def lost() -> int:
+        return sum(experiment(bag).get("lost", {}).values())
+
+    for _ in range(3):  # stopped while it holds a lock of shared memory, it holds up the publisher, and nothing is lost
+        recorder.send_signal(signal.SIGSTOP)
+        graph.spin_for(3.0)
+        recorder.send_signal(signal.SIGCONT)
+        with suppress(AssertionError):
+            until(lost, "the number of the lost, while it records", 10.0)
+            break
+    assert lost()
     _finish(publisher)
     _finish(recorder)
     for topic, (_, messages) in read(bag).items():
@@ -178,8 +187,8 @@ def test_a_full_disk_ends_a_run_in_the_dark_with_one_line(tmp_path: Path) -> Non
     bag = tmp_path / "bag"
     with started("run", "hold:power=1.0,hold=60,rest=0", "--out", str(bag)) as run:
         (recorder,) = until(lambda: run.processes(RECORDER), "the recorder")
-        until(lambda: _size(bag) > 100_000, "a recording")
-        resource.prlimit(recorder, resource.RLIMIT_FSIZE, (150_000, 150_000))  # files of this process grow no more
+        until(lambda: _size(bag) > 200_000, "a recording")
+        resource.prlimit(recorder, resource.RLIMIT_FSIZE, (300_000, 300_000))  # files of this process grow no more
         _, errors = run.process.communicate(timeout=30)
         assert run.process.returncode == 1 and run.processes() == []
     assert "Traceback" not in errors
@@ -194,9 +203,14 @@ def test_a_full_disk_ends_a_run_in_the_dark_with_one_line(tmp_path: Path) -> Non
     assert messages[-1].data == 1.0 and time_s[-1] - time_s[0] > 1.0
 
 
-def test_the_quality_of_service_of_the_publisher_is_kept(graph: Graph, tmp_path: Path) -> None:
+@pytest.mark.parametrize("durability", ["transient_local", "volatile"])
+def test_a_target_of_any_durability_is_recorded_once_with_its_publishers_quality_of_service(
+    graph: Graph, tmp_path: Path, durability: str
+) -> None:
+    latched = durability == "transient_local"
     recorder = graph.start(RECORDER, out=str(tmp_path / "bag"))
-    out = graph.probe().advertise(Float64, "target_displacement", latched=True)
+    out = graph.probe().advertise(Float64, "target_displacement", latched=latched)
+    graph.until(lambda: latched or out.get_subscription_count(), what="the recorder")
     out.publish(Float64(data=0.001))
     file = tmp_path / "bag" / "recording.mcap"
     until(lambda: file.exists() and b"/lce/target_displacement" in file.read_bytes(), "the latched message")
@@ -205,7 +219,7 @@ def test_the_quality_of_service_of_the_publisher_is_kept(graph: Graph, tmp_path:
     topics = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     about = {t["topic_metadata"]["name"]: t["topic_metadata"] for t in topics["topics_with_message_count"]}
     profile = about["/lce/target_displacement"]["offered_qos_profiles"][0]
-    assert (profile["durability"], profile["reliability"]) == ("transient_local", "reliable")
+    assert (profile["durability"], profile["reliability"]) == (durability, "reliable")
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,15 @@
 import json
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from chromium import CHROMIUM, FLAGS, needs_chromium
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from chromium import CHROMIUM, FLAGS, Browser, Page, expect, needs_chromium, sync_playwright
 
 from lce_analysis.comparison.compare import compare
+from lce_data.marker import Marker
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 from lce_report.pages.comparison import render_comparison
@@ -24,7 +25,7 @@ Show = Callable[..., Page]
 
 
 def run_of(model: Model, name: str, off_s: float) -> Run:
-    """A short run, the laser on from 1 s to ``off_s``."""
+    """A short run, the laser on from 1 s to ``off_s``, which is marked."""
     rng = np.random.default_rng(int(off_s))
     time = np.arange(0.0, 40.0, 0.01)
     power = np.where((time > 1.0) & (time < off_s), 1.2, 0.0)
@@ -32,7 +33,8 @@ def run_of(model: Model, name: str, off_s: float) -> Run:
     seen_t = made.temperature_k + 0.06 * rng.standard_normal(time.size)
     seen_d = made.displacement_m + 4e-6 * rng.standard_normal(time.size)
     camera = Series(time[::10], seen_t[::10])
-    return Run.of(name, Series(time, power), camera, Series(time, seen_d), "0" * 64)
+    run = Run.of(name, Series(time, power), camera, Series(time, seen_d), "0" * 64)
+    return replace(run, markers=(Marker(off_s, "</script><b>dark"), Marker(20.0, "lamp on")))
 
 
 @pytest.fixture(scope="module")
@@ -185,3 +187,10 @@ def test_the_page_follows_the_system_to_dark(report: str, show: Show, scheme: st
 def test_it_prints(report: str, show: Show) -> None:
     content = show(report).pdf()
     assert content.startswith(b"%PDF") and len(re.findall(rb"/Type\s*/Page\b", content)) >= 3
+
+
+@pytest.mark.parametrize("width", [390, 800])
+def test_nothing_runs_off_a_narrow_page(report: str, show: Show, width: int) -> None:
+    page = show(report)
+    page.set_viewport_size({"width": width, "height": 800})
+    assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -201,7 +201,7 @@ def test_a_campaign_is_one_bag_for_each_run(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["puls"], "unknown protocol 'puls'; it is one of pulse, stairs"),
+        (["puls"], "unknown protocol 'puls' (did you mean 'pulse'?); it is one of pulse, stairs"),
         (["pulse:amp=1"], "asks for 2.5 W; the laser gives 2 W"),
         (["none.csv"], "none.csv: No such file"),
         (["pulse", "--set", "lumped.gain=1e9"], "lumped.gain: 1e+09"),

@@ -9,10 +9,14 @@ from rosbags.highlevel import AnyReader
 from run_command import lce, read
 from std_msgs.msg import Bool, Float64
 
+from lce_ros.health import node_of
 from lce_ros.testing import Graph
 
 CONTRACT = {
     "/lce/laser/power_command": ("std_msgs/msg/Float64", 100.0),
+    "/lce/laser/power_command_stamped": ("lce_interfaces/msg/Float64Stamped", 100.0),
+    "/lce/laser/power_stamped": ("lce_interfaces/msg/Float64Stamped", 100.0),
+    "/lce/displacement_stamped": ("lce_interfaces/msg/Float64Stamped", 100.0),
     "/lce/laser/power": ("std_msgs/msg/Float64", 100.0),
     "/lce/temperature": ("sensor_msgs/msg/Temperature", 10.0),
     "/lce/displacement": ("std_msgs/msg/Float64", 100.0),
@@ -57,7 +61,7 @@ def test_a_temperature_has_a_stamp_and_a_variance(bag: Path) -> None:
 
 
 def test_every_node_diagnoses_itself(bag: Path) -> None:
-    names = {status.name for message in read(bag)["/diagnostics"][1] for status in message.status}
+    names = {node_of(status.name) for message in read(bag)["/diagnostics"][1] for status in message.status}
     nodes = ("laser", "simulator", "thermal_camera", "distance_sensor", "experiment_player", "recorder")
     assert {f"/lce/{name}" for name in nodes} <= names
 
@@ -98,3 +102,16 @@ def test_a_player_that_cannot_play_says_why(graph: Graph, parameters: dict[str, 
     _, errors = player.communicate(timeout=15)
     assert player.returncode == 1
     assert said in errors
+
+
+def test_diagnostics_are_named_as_rep_107_has_it(bag: Path) -> None:
+    """That is "NODE: WHAT", and the device that the node speaks to."""
+    found = {s.name: s.hardware_id for m in read(bag)["/diagnostics"][1] for s in m.status}
+    assert found == {
+        "/lce/experiment_player: waveform": "none",
+        "/lce/laser: output": "simulated",
+        "/lce/simulator: strip": "simulated",
+        "/lce/thermal_camera: temperature": "simulated",
+        "/lce/distance_sensor: displacement": "simulated",
+        "/lce/recorder: recording": "none",
+    }

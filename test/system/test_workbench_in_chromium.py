@@ -7,8 +7,8 @@ can read the page. With LCE_SCREENSHOTS set to a folder, pictures of the story a
 
 import json
 import os
+import re
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -18,9 +18,7 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from chromium import CHROMIUM, FLAGS, needs_chromium
-from playwright.sync_api import Page, expect, sync_playwright
+from chromium import CHROMIUM, FLAGS, Axe, Page, expect, needs_chromium, sync_playwright
 from run_command import experiment, until, values
 
 from lce_data.units import KELVIN
@@ -28,7 +26,7 @@ from lce_model import default_model, load_model, save_model, simulate
 
 SCRIPT = Path(__file__).parents[2] / "src" / "lce_app" / "bin" / "lce"
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
-TABS = ("Runs", "Import", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
+TABS = ("Runs", "Import", "Prepare", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
 JOB_MS = 90_000
 CONTRAST = {"runOnly": ["color-contrast"]}
 
@@ -62,10 +60,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextmanager
 def served(folder: Path, *words: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """The command as it is installed, in a session of its own, as in a terminal; and its address."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    command = [sys.executable, str(SCRIPT), "workbench", str(folder), *words, "--port", str(port)]
+    command = [sys.executable, str(SCRIPT), "workbench", str(folder), *words, "--port", "0"]
     env = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}  # NiceGUI asks for them
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env, start_new_session=True) as server:
         try:
@@ -142,7 +137,7 @@ def test_the_story_of_the_readme(page: Page, address: str, campaign: Path) -> No
     picture(page, "1-runs")
 
     tab(page, "Compare")
-    expect(page.get_by_text("of the squared error of d").first).to_be_visible(timeout=20_000)
+    expect(page.get_by_text("of the squared error of d").first).to_be_visible(timeout=JOB_MS)
     drawn(page, "hysteresis loop")
     cells = page.locator('[data-pick="displacement condition"]')
     power = page.locator("figure:visible", has_text="laser power P").locator("canvas")
@@ -158,7 +153,7 @@ def test_the_story_of_the_readme(page: Page, address: str, campaign: Path) -> No
     expect(page.get_by_label("progress of the job")).to_be_visible()
     expect(page.get_by_role("heading", name="An effect is missing")).to_be_visible(timeout=JOB_MS)
     expect(page.get_by_label("the answer")).to_contain_text("creep is missing")
-    page.get_by_role("button", name="creep", exact=False).first.click()
+    page.locator(".candidate", has_text="creep").first.get_by_role("button").first.click()
     expect(page.get_by_text("tau_v dd_c/dt = d - d_c")).to_be_visible()
     drawn(page, ", and creep")
     picture(page, "3-diagnose")
@@ -169,7 +164,7 @@ def test_the_story_of_the_readme(page: Page, address: str, campaign: Path) -> No
     expect(page.get_by_text("model 2: creep added to model 1")).to_be_visible(timeout=JOB_MS)
 
     expect(page.get_by_role("tab", name="Add", exact=True)).to_have_attribute("aria-selected", "true")
-    drawn(page, "NRMSE of displacement")
+    drawn(page, "RMS error of displacement")
     expect(page.get_by_text("Model 1 (before) and model 2 (after).")).to_be_visible(timeout=20_000)
     slider = page.get_by_role("slider", name="creep.tau_v")
     slider.focus()
@@ -193,11 +188,26 @@ def test_the_story_of_the_readme(page: Page, address: str, campaign: Path) -> No
     picture(page, "5-export")
 
     tab(page, "Compare")
-    figure = page.locator("figure:visible", has_text="displacement")
-    for kind, begin in (("CSV", b"time [s],measured d [mm],model d [mm]\n0,"), ("PNG", b"\x89PNG")):
+    figure = page.locator("figure:visible").filter(
+        has=page.locator("figcaption", has_text=re.compile(r"^displacement\sd(?! of)"))
+    )
+    begins = {"CSV": b"time [s],measured d [mm],model d [mm]\n0,", "PNG": b"\x89PNG", "SVG": b"<?xml", "PDF": b"%PDF"}
+    for kind, begin in begins.items():
         with page.expect_download() as download:
             figure.get_by_role("button", name=kind).first.click()
         assert Path(download.value.path()).read_bytes().startswith(begin)
+
+
+def test_a_run_that_is_dropped_on_the_page_is_among_the_runs(tmp_path: Path) -> None:
+    rows = "".join(f"{t / 10},1.0,{25.0 + t / 10:.2f}\\n" for t in range(50))
+    drop = f"""() => {{
+        const files = new DataTransfer();
+        files.items.add(new File(["time_s,power_w,temperature_c\\n{rows}"], "dropped.csv"));
+        document.body.dispatchEvent(new DragEvent("drop", {{ dataTransfer: files, bubbles: true, cancelable: true }}));
+    }}"""
+    with served(tmp_path) as (address, _), shown(address) as page:
+        page.evaluate(drop)
+        expect(page.get_by_role("radiogroup", name="use of runs/dropped.csv")).to_be_visible(timeout=20_000)
 
 
 def test_a_foreign_file_becomes_a_run(tmp_path: Path) -> None:
@@ -275,6 +285,114 @@ def test_the_keyboard_reaches_every_tab(page: Page) -> None:
         page.keyboard.press("ArrowRight")
         page.keyboard.press("Enter")
         expect(page.get_by_role("tab", name=name, exact=True)).to_have_attribute("aria-selected", "true")
+
+
+FOCUSED = """() => {
+    const at = document.activeElement, label = at.closest(".q-field")?.querySelector(".q-field__label");
+    return at.getAttribute("aria-label") ?? label?.textContent ?? at.textContent.trim();
+}"""
+
+
+def tabbed_to(page: Page, name: str, most: int = 40) -> list[str]:
+    """Press Tab until that element has the focus; the names of all that had it on the way."""
+    names: list[str] = []
+    while len(names) < most:
+        page.keyboard.press("Tab")
+        names.append(str(page.evaluate(FOCUSED)))
+        if names[-1] == name:
+            return names
+    raise AssertionError(f"{name} was not among {names}")
+
+
+PLACE = """() => {
+    const panel = document.querySelector(".q-tab-panel"), at = document.activeElement;
+    return panel.contains(at) ? [...panel.querySelectorAll("*")].indexOf(at) : -1;
+}"""
+
+
+def test_the_tab_key_goes_through_every_tab_in_the_order_of_the_page(page: Page) -> None:
+    for name in TABS:
+        tab(page, name)
+        panel = page.locator(".q-tab-panel:not([data-seen])")  # that of the tab before goes a moment later
+        expect(panel).not_to_have_text("loading …", timeout=60_000)
+        page.wait_for_load_state("networkidle")
+        panel.evaluate("(panel) => { panel.dataset.seen = ''; panel.tabIndex = -1; panel.focus(); }")
+        places, names = [], []
+        while len(places) < 200:
+            page.keyboard.press("Tab")
+            place = int(page.evaluate(PLACE))
+            if place < 0:
+                break
+            places.append(place)
+            names.append(str(page.evaluate(FOCUSED)))
+        assert places and place < 0, f"{name}: the focus does not leave the tab: {names}"
+        assert places == sorted(set(places)), f"{name}: {names}"
+        assert all(names), f"{name}: something without a name has the focus: {names}"
+
+
+@pytest.fixture
+def preparing(campaign: Path, tmp_path: Path) -> Iterator[Page]:
+    """The tab Prepare of a page of one run."""
+    (tmp_path / "pulse.csv").write_bytes((campaign / "pulse.csv").read_bytes())
+    with served(tmp_path) as (address, _), shown(address) as page:
+        tab(page, "Prepare")
+        expect(page.locator("figure:visible canvas")).to_have_count(3, timeout=60_000)
+        yield page
+
+
+def test_an_interval_that_is_dragged_over_is_left_out(preparing: Page) -> None:
+    page = preparing
+    over = page.locator(".u-over:visible").nth(1)
+    over.scroll_into_view_if_needed()
+    box = over.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 30)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 40, steps=4)
+    page.mouse.up()
+    expect(page.get_by_label("From [s]")).to_have_value(re.compile(r"^(19\.9|20)"))
+    page.get_by_role("button", name="Leave the interval out").click()
+    step = page.get_by_role("listitem").filter(has_text="cut all sensors")
+    expect(step).to_have_text(re.compile(r"from (19\.9\d*|20\.?\d*) to (23\.9\d*|24\.?\d*) s"))
+    drawn(page, "displacement")
+    picture(page, "8-prepare")
+    tab(page, "Runs")
+    expect(page.get_by_role("row", name="pulse.csv")).to_contain_text("prepared: cut all sensors")
+    page.keyboard.press("Control+z")
+    expect(page.get_by_role("row", name="pulse.csv")).not_to_contain_text("prepared")
+    page.get_by_role("button", name="Redo the preparation of pulse.csv").click()
+    expect(page.get_by_role("row", name="pulse.csv")).to_contain_text("prepared: cut all sensors")
+
+
+def test_a_run_is_prepared_by_the_keyboard_alone(preparing: Page) -> None:
+    page = preparing
+    page.get_by_role("tab", name="Prepare", exact=True).focus()
+    on_the_way = tabbed_to(page, "From [s]")
+    assert [name for name in on_the_way if name] == on_the_way, "something without a name has the focus"
+    page.keyboard.type("20")
+    tabbed_to(page, "To [s]", 1)
+    page.keyboard.type("24")
+    tabbed_to(page, "Leave the interval out", 3)
+    page.keyboard.press("Enter")
+    step = page.get_by_role("listitem").filter(has_text="cut all sensors")
+    expect(step).to_be_visible(timeout=20_000)
+    rest = tabbed_to(page, "Remove step 1")
+    assert [name for name in rest if name] == rest, "something without a name has the focus"
+    for name in (
+        "The interval is at rest",
+        "clear the intervals at rest",
+        "Take it off",
+        "Resample",
+        "Add its channels",
+    ):
+        assert name in rest
+    page.keyboard.press("Enter")
+    expect(step).to_have_count(0, timeout=20_000)
+    expect(page.get_by_text("None: the run is used as it was recorded.").locator("..")).to_be_focused()
+    page.keyboard.press("Control+z")
+    expect(step).to_be_visible(timeout=20_000)
+    page.keyboard.press("Control+Shift+Z")
+    expect(step).to_have_count(0, timeout=20_000)
 
 
 @pytest.mark.parametrize(

@@ -185,7 +185,7 @@ FOUND: dict[str, Any] = {
     "case": "equilibrium/creep/clear/0", "family": "equilibrium", "hidden": ["creep"], "level": "clear",
     "library": "whole", "misfit": 3.0, "visible": 3.0, "verdict": "missing", "added": ["creep"], "sets": [["creep"]],
     "before": {"temperature": 1.0, "displacement": 3.2}, "after": {"temperature": 1.0, "displacement": 1.1},
-    "fingerprint": "", "fit_s": 2.0, "diagnose_s": 20.0,
+    "fingerprint": "", "fit_s": 2.0, "diagnose_s": 20.0, "advised": "",
 }  # fmt: skip
 ALIAS = FOUND | {"added": ["backlash"], "sets": [["backlash", "creep"]]}
 WRONG = FOUND | {"added": ["creep", "radiation"], "sets": [["creep"], ["radiation"]]}
@@ -231,6 +231,11 @@ def test_the_report_has_the_bars_and_every_case() -> None:
     assert "| something visible hidden: names that are right | | 3 of 4 | 75% |" in text
     assert "| something visible hidden: no name given | | 0 of 3 | 0% |" in text
     assert "| failed | LceError: no |" in text
+
+
+def test_the_report_says_where_the_answer_advises_another_base_model() -> None:
+    text = report([FOUND | {"verdict": "unexplained", "advised": "equilibrium"}], "v1")
+    assert "| equilibrium/creep/clear/0 | 3.00 | unexplained, begin with equilibrium | creep | 3.20 → 1.10 |" in text
 
 
 def test_results_of_another_version_are_refused_and_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:

@@ -128,7 +128,7 @@ def read(path: Path) -> dict[str, Outcome]:
 
 
 def report(outcomes: Sequence[Outcome], command: str) -> str:
-    """The table, as docs/faults.md."""
+    """The table, as docs/results/faults.md."""
     lines = [
         "# Faults",
         "",
@@ -137,7 +137,7 @@ def report(outcomes: Sequence[Outcome], command: str) -> str:
         "Each time the laser is reset and armed and shines for half a second; then comes the fault; then its cause",
         "goes away, what was killed is started again, and for some seconds light must not come back. Time in which the",
         "whole machine stood still is taken off. A recorder runs beside it; what its recording lacks is counted. What",
-        "is promised, and why, is in [safety.md](safety.md).",
+        "is promised, and why, is in [safety.md](../explanation/safety.md).",
         "",
         "| fault | times | median time to dark | worst | promised | light came back | exceptions | lost | version | |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -159,7 +159,7 @@ def main() -> int:
     parser.add_argument("--repetitions", type=int, default=20, help="of each fault")
     parser.add_argument("--only", default="", help="faults whose name holds this text")
     parser.add_argument("--where", choices=get_args(Where), help="faults of one kind of bench")
-    parser.add_argument("--out", type=Path, help="write the table, as docs/faults.md")
+    parser.add_argument("--out", type=Path, help="write the table, as docs/results/faults.md")
     parser.add_argument("--again", action="store_true", help="strike also what is in the results already")
     parser.add_argument("--results", type=Path, default=Path("faults-results.jsonl"))
     args = parser.parse_args()

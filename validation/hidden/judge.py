@@ -65,14 +65,18 @@ def _judged(case: Case) -> dict[str, Any]:
     seconds = time.perf_counter() - fitted
     record = found.as_json()
     base = over_noise(model, train, ideal)
+    advised = found.other_base
+    steps = [*found.steps, *(advised.steps if advised else ())]
     differing = [f"{key} by run" for key in record["varies"]]  # nothing does: each one is a false addition
     result = {
         "misfit": max(math.copysign(math.sqrt(abs(x * x - 1.0)), x - 1.0) for x in base.values()),
         "verdict": record["verdict"],
-        "added": [*record["added"], *differing],
-        "sets": [*(step["set"] for step in record["steps"]), *([name] for name in differing)],
+        "advised": advised.deformation if advised else "",
+        "added": [*(step.added for step in steps), *differing],
+        "sets": [*(list(step.alias_set) for step in steps), *([name] for name in differing)],
         "before": over_noise(model, test, ideal),
-        "after": over_noise(found.model, test, ideal),
+        "after": over_noise(advised.model if advised else found.model, test, ideal),
+        "leader": record["candidates"][0]["effect"] if record["candidates"] else "",
         "fingerprint": record["fingerprint"],
         "fit_s": round(fitted - began, 1),
         "diagnose_s": round(seconds, 1),

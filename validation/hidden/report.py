@@ -68,6 +68,7 @@ def gates(results: Sequence[Result], family: Family) -> Iterator[Gate]:
     outside, left_out = of_kind(results, "outside"), of_kind(results, "left out")
     yield gate("visible effect: named first", seen, named_first, 0.95, 0.90)
     yield gate("visible effect: in a set", seen, lambda r: r["hidden"][0] in found(r), 0.95, 0.95)
+    yield gate("visible effect: leads the ranking, named or not", seen, _leads, None, None)
     yield gate(f"named first: held-out error ≤ {HELD_OUT} × noise", right, _at_noise, 0.95, None)
     yield gate("masked effect: no wrong name", masked, lambda r: not false_additions(r), 0.95, 0.95)
     if not family.own:
@@ -78,6 +79,10 @@ def gates(results: Sequence[Result], family: Family) -> Iterator[Gate]:
     yield gate("effect left out: no wrong name", left_out, lambda r: not false_additions(r), 0.90, 0.90)
     yield gate("two effects: both found", of_kind(results, "two"), lambda r: set(r["hidden"]) <= found(r), 0.80, 0.80)
     yield gate("aliases: resolved by the designed run", [r for r in one if "resolved" in r], _resolved, 0.80, 0.80)
+
+
+def _leads(result: Result) -> bool:
+    return result.get("leader") == result["hidden"][0]
 
 
 def _at_noise(result: Result) -> bool:
@@ -182,7 +187,8 @@ def cases_table(results: Sequence[Result]) -> list[str]:
             continue
         sets = "; ".join(", ".join(alias) for alias in r["sets"])
         change = f"{max(r['before'].values()):.2f} → {max(r['after'].values()):.2f}"
-        lines.append(f"| {r['case']} | {r['visible']:.2f} | {r['verdict']} | {sets} | {change} |")
+        verdict = f"{r['verdict']}, begin with {r['advised']}" if r["advised"] else r["verdict"]
+        lines.append(f"| {r['case']} | {r['visible']:.2f} | {verdict} | {sets} | {change} |")
     return lines
 
 
@@ -219,7 +225,9 @@ not.
 An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow.
 `validation/hidden/judge.py` defines that without the diagnosis. A false addition is an added effect that is not hidden
 and whose set of aliases holds nothing hidden. The independent strip has physics of its own beside what is hidden: it is
-no false addition, and may be named first. "Outside the library" hides what the product has no effect for. "Effect left
-out" hides an effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a
-Poisson count's. Errors are in units of the noise that was put in. In the table of all families, what misses its bar is
+no false addition, and may be named first. An effect leads the ranking if nothing stands before it there, whether the
+verdict names it or not. "Outside the library" hides what the product has no effect for. "Effect left out" hides an
+effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a Poisson count's.
+Where the answer says to begin with another base model, what it names beside that one counts, and the error is that of
+that one. Errors are in units of the noise that was put in. In the table of all families, what misses its bar is
 bold."""

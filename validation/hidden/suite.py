@@ -139,7 +139,7 @@ def options(
     parser.add_argument("--results", type=Path, default=Path(results))
     parser.add_argument("--peer", type=Path, default=RESULTS, help="results of validation/hidden/peer.py, for its row")
     parser.add_argument("--fresh", action="store_true", help="forget the results there are")
-    parser.add_argument("--out", type=Path, help="write the report, as docs/hidden.md")
+    parser.add_argument("--out", type=Path, help="write the report, as docs/results/hidden.md")
     return parser.parse_args()
 
 
