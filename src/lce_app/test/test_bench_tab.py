@@ -33,6 +33,7 @@ def tell(folder: Path, story: Story) -> None:
     async def told() -> None:
         state = WorkbenchState(folder)
         async with user_simulation(lambda: Page(state, "Bench") and None) as user:
+            await state.open()
             await load(state)
             await user.open("/")
             await user.should_see(marker="record", retries=PATIENCE)

@@ -6,6 +6,8 @@ import json
 import re
 import socket
 import struct
+import subprocess
+import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -96,6 +98,7 @@ def tell(folder: Path, story: Story, tab: str = "Runs") -> None:
     async def opened() -> AsyncIterator[tuple[User, WorkbenchState]]:
         state = WorkbenchState(folder)
         async with user_simulation(lambda: Page(state, tab) and None) as user:
+            await state.open()
             await load(state)
             await user.open("/")
             tending = asyncio.create_task(tend(state))
@@ -169,6 +172,32 @@ def test_a_run_that_was_interrupted_is_not_learnt_from_unless_asked_for(folder: 
     state.set_role("stairs.csv", "train")
     asyncio.run(state.reopen())
     assert state.session.roles["stairs.csv"] == "train"
+
+
+EARLY = """
+import asyncio, multiprocessing, sys
+from pathlib import Path
+from lce_app.workbench.state import WorkbenchState
+state = WorkbenchState(Path(sys.argv[1]))
+state.read_early({"later/other.csv": "test"})
+if sys.argv[2] == "kill":
+    multiprocessing.active_children()[0].kill()
+asyncio.run(state.open({"later/other.csv": "test"}))
+assert not multiprocessing.active_children()
+for name, entry in state.entries.items():
+    print(name, state.session.roles[name], entry.error, entry.run and entry.run.displacement.value.sum())
+"""
+"""In a process of its own, as the reader is forked."""
+
+
+@pytest.mark.parametrize("end", ["", "kill"])
+def test_runs_are_read_early_by_another_process_or_else_by_the_server(folder: Path, end: str) -> None:
+    done = subprocess.run([sys.executable, "-c", EARLY, folder, end], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    here = with_model(folder)
+    for name, entry in here.entries.items():
+        total = entry.run and entry.run.displacement and entry.run.displacement.value.sum()
+        assert f"{name} {here.session.roles[name]} {entry.error} {total}\n" in done.stdout
 
 
 def test_a_session_file_that_is_none_is_told_and_left_alone(folder: Path) -> None:

@@ -115,6 +115,7 @@ def tell(folder: Path, story: Story) -> None:
     async def run() -> None:
         state = WorkbenchState(folder)
         async with user_simulation(lambda: Page(state, "Diagnose") and None) as user:
+            await state.open()
             await load(state)
             await user.open("/")
             tending = asyncio.create_task(tend(state))

@@ -13,9 +13,10 @@ from typing import Any, Final, Literal
 
 from fastapi import Response
 from nicegui import app, background_tasks, ui
+from starlette.middleware.gzip import GZipMiddleware
 
 from lce_app.workbench import figures, jobs
-from lce_app.workbench.guard import protect
+from lce_app.workbench.guard import is_loopback, protect
 from lce_app.workbench.page import TABS, Page
 from lce_app.workbench.session import Role
 from lce_app.workbench.state import WorkbenchState
@@ -23,10 +24,7 @@ from lce_data.errors import LceError
 
 TEND_S: Final = 0.05
 PATIENCE_S: Final = 4.0
-"""Longest time [s] that reading the runs waits for the first page, so that the page comes first."""
-
-READERS: Final = ("lce_data.read_runs", "polars")
-"""What reads runs; it is imported while the browser still fetches the scripts of the first page."""
+"""Longest time [s] that loading the analysis waits for the first page, so that the page comes first."""
 
 
 def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
@@ -49,15 +47,14 @@ def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, mode
         types = {"svg": "image/svg+xml", "pdf": "application/pdf"}
         return Response(file, media_type=types[kind], headers={"content-disposition": "attachment"})
 
-    asked, seen = asyncio.Event(), asyncio.Event()
+    seen = asyncio.Event()
 
     @ui.page("/")
     def show(tab: str = "Runs") -> None:
         Page(state, tab)
-        asked.set()
 
     app.on_connect(seen.set)
-    app.on_startup(lambda: _in_background(begin(state, chosen, model, asked, seen)))
+    app.on_startup(lambda: _in_background(begin(state, chosen, model, seen)))
     app.on_startup(lambda: _in_background(tend(state)))
     if os.environ.get("ROS_DOMAIN_ID"):  # the topics there can be shown before the page runs anything
         app.on_startup(state.monitor.open)
@@ -65,29 +62,21 @@ def set_up(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, mode
 
 
 async def begin(
-    state: WorkbenchState,
-    chosen: Mapping[str, Role] | None,
-    model: Path | None,
-    asked: asyncio.Event,
-    seen: asyncio.Event,
+    state: WorkbenchState, chosen: Mapping[str, Role] | None, model: Path | None, seen: asyncio.Event
 ) -> None:
-    """Load everything once the first page is shown; end the server if the model to begin with cannot be used."""
-    with suppress(TimeoutError):
-        await asyncio.wait_for(asked.wait(), PATIENCE_S)
-    for module in READERS:
-        await asyncio.to_thread(importlib.import_module, module)
+    """Load everything; end the server if the model to begin with cannot be used."""
+    await state.open(chosen)
     with suppress(TimeoutError):
         await asyncio.wait_for(seen.wait(), PATIENCE_S)
     try:
-        await load(state, chosen, model)
+        await load(state, model)
     except LceError as error:
         state.fatal_error = str(error)
         app.shutdown()
 
 
-async def load(state: WorkbenchState, chosen: Mapping[str, Role] | None = None, model: Path | None = None) -> None:
-    """Read the runs, then the model to begin with, and load the analysis. Raises LceError for a bad model."""
-    await state.open(chosen)
+async def load(state: WorkbenchState, model: Path | None = None) -> None:
+    """Read the model to begin with, and load the analysis. Raises LceError for a bad model."""
     if model is not None:
         await asyncio.to_thread(state.begin_with, model)
     state.busy = "loading the analysis"
@@ -122,6 +111,7 @@ def serve(host: str, port: int, token: str) -> None:
             dark=None,
             show=False,
             reload=False,
+            gzip_middleware_factory=None if is_loopback(host) else GZipMiddleware,
             tailwind=False,
             show_welcome_message=False,
         )

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lce_app.workbench import session as sessions
+from lce_app.workbench.early_reading import EarlyReading
 from lce_app.workbench.entries import RunEntry, forget_unused, prepare_entry, read_entry, with_recipe
 from lce_app.workbench.jobs import Job, Task
 from lce_app.workbench.live_layout import LiveView
@@ -59,28 +60,51 @@ class WorkbenchState:
         self._misfits: dict[tuple[int, _Data, _Data], dict[Role, Misfit]] = {}
         self._comparisons: dict[tuple[int, _Data], Comparison] = {}
         self._then: Callable[[], None] = lambda: None
+        self._early: EarlyReading | None = None
+        self._new: set[str] = set()
 
     # Runs
+
+    def read_early(self, chosen: Mapping[str, Role] | None = None) -> None:
+        """Let another process read what :meth:`open` will ask for."""
+        used = self._find(chosen)
+        self._early = EarlyReading({name: self.entries[name].path for name in used}, self.session)
 
     async def open(self, chosen: Mapping[str, Role] | None = None) -> None:
         """Find the runs of the folder and read those that are not left aside; ``chosen`` overrides their roles.
 
         A new run is learnt from, unless it was interrupted or there are too many.
         """
-        found = await asyncio.to_thread(sessions.find_runs, self.folder)
+        used = await asyncio.to_thread(self._find, chosen)
+        if self._early is not None:
+            await asyncio.to_thread(self._take_early, self._early)
+        await asyncio.gather(*map(self._read, used))
+        for name in self._new.intersection(used):
+            if not _complete(self.entries[name]):
+                self._change(self.session.with_role(name, "off"))
+        self._new.clear()
+        await asyncio.to_thread(forget_unused, self.session, self.entries)
+        self.busy = ""
+        self.version += 1
+
+    def _find(self, chosen: Mapping[str, Role] | None) -> list[str]:
+        """Find the runs of the folder; returns the names of those to read."""
+        found = sessions.find_runs(self.folder)
         new = [name for name in found if name not in self.session.roles]
         first: dict[str, Role] = {name: "train" if i < AT_ONCE else "off" for i, name in enumerate(new)}
         roles = {name: self.session.roles.get(name) or first[name] for name in found} | dict(chosen or {})
         self.entries = {name: self.entries.get(name, RunEntry(path)) for name, path in found.items()}
+        self._new |= set(new).difference(chosen or ())
         self._change(replace(self.session, roles=roles))
-        used = [name for name, role in roles.items() if role != "off"]
-        await asyncio.gather(*map(self._read, used))
-        for name in used:
-            if name in new and name not in (chosen or {}) and not _complete(self.entries[name]):
-                self._change(self.session.with_role(name, "off"))
-        await asyncio.to_thread(forget_unused, self.session, self.entries)
-        self.busy = ""
-        self.version += 1
+        return [name for name, role in roles.items() if role != "off"]
+
+    def _take_early(self, early: EarlyReading) -> None:
+        """Take what the other process reads, until it has read everything."""
+        for name, entry in early:
+            self.busy = f"reading {name}"
+            self.entries[name] = entry
+            self.version += 1
+        self._early = None
 
     def loaded(self) -> None:
         """Note that the analysis is loaded."""
@@ -325,9 +349,11 @@ class WorkbenchState:
             self.job.cancel()
 
     def close(self) -> None:
-        """End the job, a gentle one in order, and stop the topic monitor."""
+        """End the job, a gentle one in order, the reading of runs, and the topic monitor."""
         if self.job is not None:
             self.job.stop()
+        if self._early is not None:
+            self._early.close()
         self.monitor.close()
 
     # Decisions

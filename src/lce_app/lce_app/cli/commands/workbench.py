@@ -9,6 +9,7 @@ import socket
 from pathlib import Path
 
 from lce_app.cli.arguments import add_effect_files, check_inputs
+from lce_app.workbench.quick_imports import quick_imports
 from lce_data.errors import LceError
 
 EXAMPLES = ("lce workbench runs --model m.yaml", "lce workbench session.zip")
@@ -39,7 +40,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
     check_inputs([*args.runs, *([args.model] if args.model else [])])
-    from lce_app.workbench import server
     from lce_app.workbench.archive import unpack
     from lce_app.workbench.session import folder_and_roles
     from lce_app.workbench.state import WorkbenchState
@@ -50,6 +50,9 @@ def main(args: argparse.Namespace) -> int:
     folder, chosen = folder_and_roles(paths)
     state = WorkbenchState(folder)
     state.session.make_place()
+    state.read_early(chosen)
+    with quick_imports():
+        from lce_app.workbench import server
     port = _free_port(args.host, args.port)
     token = secrets.token_urlsafe(16)
     server.set_up(state, chosen, args.model)
