@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Final
 
 HTTP_CLIENTS: Final = ("aiohttp", "requests", "tornado")
-"""Optional packages that python-engineio imports if they are there, for its clients. A server is none."""
+"""Optional packages that python-engineio imports if they are there, for its clients, which a server does not use."""
 
 
 @contextmanager
