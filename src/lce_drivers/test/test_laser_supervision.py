@@ -15,7 +15,7 @@ from lce_drivers.laser.laser_node import Laser
 from lce_ros.conversions import to_stamp
 from lce_ros.testing import Graph
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.flaky(reruns=0)]
 
 
 class Supervised:
