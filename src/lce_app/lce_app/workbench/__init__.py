@@ -10,6 +10,7 @@ topic_monitor.py, topic_monitor_node.py, snapshot.py    the topics of the bench,
 drawings.py, figures.py    blocks of the report, drawn on the page
 page.py, tabs/       the page
 server.py, guard.py  the server, and who may talk to it
+early_reading.py, quick_imports.py    what makes it start sooner
 
 The page comes before the physics: what it needs at first imports lce_model and lce_analysis within its functions, as
 that takes a second or two.
