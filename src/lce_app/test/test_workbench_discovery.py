@@ -151,6 +151,7 @@ def test_the_base_model_that_does_better_is_identified_by_a_click(folder: Path) 
     (folder / "workbench" / "diagnosis-1.json").write_text(json.dumps({**DIAGNOSIS, "other_base": better}))
 
     async def story(user: User, state: WorkbenchState) -> None:
+        await user.should_see("Another base model does better")
         user.find("Fit none with radiation").click()
         await user.should_see("model 2: lumped + none + radiation fitted", retries=PATIENCE)
         model = state.model()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+import logging
 import os
 from collections.abc import Coroutine, Mapping
 from contextlib import suppress
@@ -101,6 +102,8 @@ def _in_background(task: Coroutine[Any, Any, None]) -> None:
 def serve(host: str, port: int, token: str) -> None:
     """Serve until Ctrl-C."""
     protect(app, host, token)
+    # A second Ctrl-C ends the server at once, which uvicorn tells as an error, with a traceback.
+    logging.getLogger("uvicorn.error").addFilter(lambda record: "KeyboardInterrupt" not in record.getMessage())
     with suppress(KeyboardInterrupt):
         ui.run(
             host=host,

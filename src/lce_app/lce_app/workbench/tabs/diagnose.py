@@ -30,6 +30,7 @@ VERDICTS: Final = {
     "unexplained": "Unexplained: no effect of the library explains what is left",
     "cannot_tell": "Cannot tell: these data do not say",
 }
+OTHER_BASE: Final = "Another base model does better"
 
 
 def fill(state: WorkbenchState) -> None:
@@ -49,7 +50,7 @@ def fill(state: WorkbenchState) -> None:
         ui.label("This model has not been diagnosed yet.")
         return
     with ui.element("section").classes("answer").props('aria-label="the answer"'):
-        heading(VERDICTS[found.verdict]).mark("verdict")
+        heading(OTHER_BASE if found.other_base else VERDICTS[found.verdict]).mark("verdict")
         for sentence in found.sentences:
             ui.label(sentence)
         if found.other_base is not None:
