@@ -17,7 +17,7 @@ from lce_analysis.prediction import simulation_input
 from lce_data.channels import DISPLACEMENT
 from lce_data.progress import silent
 from lce_data.run import Run
-from lce_model import Model
+from lce_model import Model, Variation
 from lce_model.effects import find
 
 # The effects of test_diagnose.py, so that the same kernel serves both.
@@ -151,3 +151,21 @@ def test_refits_without_an_effect_are_made_once(whole: Model, drifting: Callable
     left_out.errors(stage, optimum(with_effect(stage.fit.problem, DRIFT), "", silent, 1), "two")
     assert not any("as it is" in label for label in labels)
     assert any("with two" in label for label in labels)
+
+
+def test_what_differs_takes_the_value_of_the_run_held_out(whole: Model, recorded: Callable[..., Run]) -> None:
+    def stronger_and_drifting(t: np.ndarray, k: np.ndarray, d: np.ndarray) -> np.ndarray:
+        return 0.03 * d + 4.0 * RATE * t
+
+    train = [recorded(f"run {i}", seed=i, duration_s=40.0, extra=lambda t, k, d: 4.0 * RATE * t) for i in range(2)]
+    test = recorded("held out", seed=2, duration_s=40.0, extra=stronger_and_drifting)
+    stage, with_it = _stage(whole, train)
+    left_out = DataLeftOut(JudgedRuns.of(train), JudgedRuns.of([test]), silent)
+    assert left_out.on_test_runs(stage, stage.fit.problem.model, with_it.model) is None
+    varies = {"stretch_law.alpha": Variation()}
+    models = stage.fit.problem.model.varying(varies), with_it.model.varying(varies)
+    found = left_out.on_test_runs(stage, *models)
+    assert found is not None and found.names == ("held out",)
+    assert JudgedRuns.of([test]).misfit(models[1]).rms[DISPLACEMENT] > 10.0  # with the value of all
+    assert found.before.rms[DISPLACEMENT] > 4.0
+    assert found.after.rms[DISPLACEMENT] < 1.5

@@ -3,7 +3,8 @@
 
 Runs held out by the user decide. Without any, each run is left out in turn, and the model is refitted to the others.
 With a single run, and where something differs from run to run, blocks of every run are left out: what a run has of its
-own only the rest of that run can tell.
+own only the rest of that run can tell. An effect beside which something differs has to help on the runs held out as
+well, each of which then has a value of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,10 +16,14 @@ from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import mean_squares, optimum, samples, without_run
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
-from lce_analysis.diagnosis.stage_problem import StageProblem
-from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_analysis.diagnosis.stage_problem import Data, StageProblem
+from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
+from lce_analysis.identification.stages import acts_on_temperature
+from lce_analysis.prediction import model_of_run, simulation_input, start_temperature
 from lce_data.channels import Channel
 from lce_data.progress import Progress
+from lce_model import Model
+from lce_model.terms import Term
 
 Floats = NDArray[np.float64]
 LeftOut = Literal["test runs", "each run in turn", "each block in turn"]
@@ -87,6 +92,35 @@ class DataLeftOut:
             errors = Pair(before, after, before, after)
         return HeldOut(how, self.names(how), errors)
 
+    def on_test_runs(self, stage: StageProblem, without: Model, with_it: Model) -> HeldOut | None:
+        """Errors of two models on the runs held out, where something differs from run to run; else None.
+
+        What differs takes, in both models, the value that explains a run best: it is not what is judged.
+        """
+        if not with_it.varies or not self.tests.runs:
+            return None
+        pairs = []
+        for one in (self.tests.only(i) for i in range(len(self.tests.runs))):
+            first, second = (self._own_values(model, one, stage) for model in (without, with_it))
+            pairs.append(one.pair(first, second, stage.drive, stage.channels))
+        return HeldOut("test runs", self.names("test runs"), sum(pairs[1:], pairs[0]))
+
+    def _own_values(self, model: Model, one: JudgedRuns, stage: StageProblem) -> Model:
+        """The model with what differs from run to run, as far as the stage shows it, fitted to one run."""
+        (run,) = one.runs
+        shown = {t.name for t in model.terms if _shows(stage, t)}
+        free = tuple(model.index(key) for key in model.varies if model.values[model.index(key)].term in shown)
+        model = model_of_run(model, run).varying({})
+        if not free:
+            return model
+        data = Data(one, (simulation_input(run, model),))
+        starts = np.array([start_temperature(data.inputs[0], model)])
+        if stage.drive == "measured":
+            data = data.driven_by_measurement(model, starts)
+        conditions = start_conditions(data.inputs, model)
+        problem = Problem(model, data.inputs, free, starts, data.observed(stage.channels), *conditions)
+        return optimum(problem, f"what {run.name} has of its own", self.progress, ITERATIONS, TOLERANCE).model
+
     def _runs(self, stage: StageProblem, with_it: Problem, effect: str) -> Pair:
         first = self._refitted(stage.fit.problem, "each run in turn", "as it is")
         second = self._refitted(with_it, "each run in turn", f"with {effect}")
@@ -112,6 +146,13 @@ class DataLeftOut:
         # The problem is kept beside its refits, so that its id stays its own.
         self._refits[id(problem), how] = problem, found
         return found
+
+
+def _shows(stage: StageProblem, term: Term) -> bool:
+    """Does what a stage is judged by depend on a term of the model?"""
+    if stage.part == "heat":
+        return acts_on_temperature(term)
+    return stage.drive == "model" or not acts_on_temperature(term)
 
 
 def _errors_of_blocks(problem: Problem, refits: Sequence[Problem]) -> Misfit:

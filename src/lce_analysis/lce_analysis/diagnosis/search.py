@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, share_removed
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
 from lce_analysis.diagnosis.stage_problem import (
     Data,
     StagedFit,
@@ -258,12 +258,19 @@ class Search:
         """Does the last effect take most of what would be left without it?
 
         Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
+        Then it has to take most of the error of the runs held out as well.
         """
         if not self.present.model.varies:
             errors = last.held_out.errors
             return _explains(last, errors.judged_before, errors.judged_after, self.options)
         without = self._refitted(self.present.model.without(last.trial.effect.reference))
         before, after = (self.misfit(fit.model, self.present.drive) for fit in (without, self.present))
+        stage = last.trial.stage
+        tested = self.left_out.on_test_runs(stage, without.model, self.present.model)
+        if tested is not None:
+            errors = tested.errors
+            if reduction(errors.judged_before, errors.judged_after, stage.channels) < self.options.most:
+                return False
         return _explains(last, before, after, self.options)
 
     def _backward(self) -> None:
@@ -317,10 +324,14 @@ class Search:
         return () if self.present.deformation is None else (self.present.deformation,)
 
     def _confirmed(self, trial: Trial, trials: Sequence[Trial]) -> Step | None:
-        """The step that accepts the effect; None if another sensor pays for it on the runs held out."""
+        """The step that accepts the effect; None if on the runs held out it does not help, or harms another sensor."""
         step = self._step(trial, self.trials.alias_set(trial, trials))
         if gets_worse(trial.stage, step.held_out, self.options):
             self.trials.reject(trial, "worse")
+            return None
+        tested = self.left_out.on_test_runs(trial.stage, self.present.model, step.with_it.model)
+        if tested is not None and (reason := on_data_left_out(trial.stage, tested, self.options)):
+            self.trials.reject(trial, reason)
             return None
         return step
 
