@@ -23,8 +23,8 @@ Blocks = Callable[[], "Sequence[Block]"]
 
 _shown: dict[str, Blocks] = {}
 HEAD = """<link rel="stylesheet" href="/static/uPlot.css"><link rel="stylesheet" href="/static/figures.css">
-<link rel="stylesheet" href="/static/workbench.css"><script defer src="/static/uPlot.js"></script>
-<script defer src="/static/figures.js"></script>"""
+<link rel="stylesheet" href="/static/workbench.css"><script src="/static/uPlot.js"></script>
+<script src="/static/figures.js"></script>"""
 
 
 def serve_scripts() -> None:
