@@ -73,10 +73,6 @@ class LivePanel:
         if self._shown != self._live.version:
             self._shown = self._live.version
             self._fill()
-        if self._row.visible:
-            choices = topic_choices(self._state, self._series.value or ())
-            if choices != self._series.options:
-                self._series.set_options(choices)
         if not monitor.snapshots:
             return
         if not self._paused or not self._now_s:
@@ -173,6 +169,7 @@ class LivePanel:
         self._row.visible = False
 
     def _choose(self, key: int | None) -> None:
+        """Show the list of topics. It stays as it is while the user chooses: a new one would take back what is typed."""
         self._chosen_for = key
         plot = None if key is None else self._live.layout.plot(key)
         chosen = () if plot is None else plot.series
