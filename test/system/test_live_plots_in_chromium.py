@@ -48,8 +48,9 @@ def test_an_event_is_marked_on_a_plot_and_found_in_the_bag(tmp_path: Path, monke
 
         add_plot(page, "laser/power_stamped [W]", "sim/temperature [°C]")
         plot = page.locator("figure.live", has_text=PLOT)
-        expect(plot.locator(".u-legend")).to_contain_text(re.compile(r"laser/power_stamped:?\s*1\.2 W"), timeout=20_000)
-        expect(plot.locator(".u-legend")).to_contain_text(re.compile(r"sim/temperature:?\s*[\d.]+ °C"), timeout=20_000)
+        legend = plot.locator(".u-legend")
+        expect(legend).to_contain_text(re.compile(r"laser/power_stamped:?\s*1\.2 W"), timeout=20_000)
+        expect(legend).to_contain_text(re.compile(r"sim/temperature:?\s*[\d.]+ °C"), timeout=20_000)
         page.get_by_role("button", name="Pause").focus()
         page.keyboard.press("m")
         page.keyboard.type(ODD)
