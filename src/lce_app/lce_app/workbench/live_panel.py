@@ -169,7 +169,7 @@ class LivePanel:
         self._row.visible = False
 
     def _choose(self, key: int | None) -> None:
-        """Show the list of topics. It stays as it is while the user chooses: a new one would take back what is typed."""
+        """Show the list of topics. It stays while the user chooses: a new one would take back what is typed."""
         self._chosen_for = key
         plot = None if key is None else self._live.layout.plot(key)
         chosen = () if plot is None else plot.series
