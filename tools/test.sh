@@ -15,11 +15,11 @@ mkdir -p "$logs"
 shown() { # NAME PYTEST OPTIONS...
     local name=$1
     shift
-    pytest -rs "${colour[@]}" "$@" | tee "$logs/$name"
+    pytest -rfEs "${colour[@]}" "$@" | tee "$logs/$name"
 }
 
 shown "side by side" -m "not alone" --numprocesses auto --dist worksteal --timeout 600 || failed=$?
-shown "in real time" -m alone --reruns 1 -rR || failed=$?
+shown "in real time" -m alone --reruns 1 -rfEsR || failed=$?
 
 skipped=$(cat "$logs"/* | sed 's/\x1b\[[0-9;]*m//g' | grep '^SKIPPED' | sort -u)
 printf '\nSkipped on this machine:\n%s\n\nAll in all:\n' "${skipped:-none}"

@@ -7,6 +7,7 @@ import importlib
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -43,10 +44,11 @@ class EarlyReading:
         self._process = context.Process(target=_read_all, args=arguments, daemon=True)
         self._process.start()
         send.close()
+        self._one = threading.Lock()
 
     def __iter__(self) -> Iterator[tuple[str, RunEntry]]:
-        """Name and run, as each is read, until all are or the process was killed."""
-        with suppress(EOFError):
+        """Name and run, as each is read, until all are or the process was killed; whoever asks later gets none."""
+        with self._one, suppress(EOFError):
             for name in self._paths:
                 yield name, self._receive.recv()
         self._process.join()

@@ -101,9 +101,10 @@ class WorkbenchState:
     def _take_early(self, early: EarlyReading) -> None:
         """Take what the other process reads, until it has read everything."""
         for name, entry in early:
-            self.busy = f"reading {name}"
-            self.entries[name] = entry
-            self.version += 1
+            if name in self.entries:  # the folder may have been read anew meanwhile
+                self.busy = f"reading {name}"
+                self.entries[name] = entry
+                self.version += 1
         self._early = None
 
     def loaded(self) -> None:
