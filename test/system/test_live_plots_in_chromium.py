@@ -25,7 +25,9 @@ def add_plot(page: Page, *topics: str) -> None:
     field = page.get_by_label("Topics of the plot")
     for topic in topics:
         field.fill(topic.partition(" ")[0])
+        expect(page.get_by_role("option").first).to_have_text(topic)  # before, the list moves under the mouse
         page.get_by_role("option", name=topic, exact=True).click()
+        expect(page.locator(".q-chip", has_text=topic)).to_be_visible()
     field.press("Tab")
     page.get_by_role("button", name="Add the plot").click()
 
@@ -62,6 +64,7 @@ def test_an_event_is_marked_on_a_plot_and_found_in_the_bag(tmp_path: Path, monke
         page.get_by_role("button", name=f"move up: {PLOT}").click()
         page.get_by_role("button", name=f"lower: {PLOT}").click()
         expect(page.locator("figure.live").nth(2)).to_contain_text(PLOT)
+        expect(plot.locator(".u-wrap")).to_have_css("height", "120px")
         names = order(page)
         assert names[2] == PLOT and len(names) == 4
         for there in (0, 2):
@@ -89,7 +92,7 @@ def test_an_event_is_marked_on_a_plot_and_found_in_the_bag(tmp_path: Path, monke
         assert page.evaluate("window.ran") is None
 
     (bag,) = tmp_path.glob("*_hold")
-    until(lambda: experiment(bag).get("outcome") == "interrupted", "the end of the run")
+    assert until(lambda: experiment(bag).get("outcome"), "the end of the run") == "interrupted", experiment(bag)
     conditions = experiment(bag)["conditions"]
     assert conditions["specimen"] == SPECIMEN and conditions["notes"] == "first line\nsecond: line"
     assert conditions["strip_length_m"] == 0.0125 and re.fullmatch(r"\d{4}-\d\d-\d\d", conditions["day"])

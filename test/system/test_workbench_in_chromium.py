@@ -27,6 +27,7 @@ from lce_model import default_model, load_model, save_model, simulate
 SCRIPT = Path(__file__).parents[2] / "src" / "lce_app" / "bin" / "lce"
 STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.0})
 TABS = ("Runs", "Import", "Prepare", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
+BEHIND_NODES = Path(__file__).parent / "chromium_behind_nodes.sh"
 JOB_MS = 90_000
 CONTRAST = {"runOnly": ["color-contrast"]}
 
@@ -94,7 +95,9 @@ def shown(address: str, but: str = "no such words") -> Iterator[Page]:
     complaints: list[str] = []
     ours = (address.partition("?")[0], "data:", "blob:")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = playwright.chromium.launch(
+            executable_path=BEHIND_NODES, args=FLAGS, env={**os.environ, "CHROMIUM": str(CHROMIUM)}
+        )
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
