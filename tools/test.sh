@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The tests of every tier: first those that can run side by side, then those in real time, one by one and with the machine
-# to themselves. Of those, one that fails is run once more, since a shared machine may stand still for seconds; whatever failed
-# is named in the end. In the end, too: what was skipped, and the command that would change it.
+# to themselves. Of those, one that fails is run once more, since a shared machine may stand still for seconds; what it
+# said is shown. Whatever failed is named in the end; so is what was skipped, and the command that would change it.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 failed=0
@@ -19,7 +19,7 @@ shown() { # NAME PYTEST OPTIONS...
 }
 
 shown "side by side" -m "not alone" --numprocesses auto --dist worksteal --timeout 600 || failed=$?
-shown "in real time" -m alone --reruns 1 -rfEsR || failed=$?
+shown "in real time" -m alone --reruns 1 -rfEsR --rerun-show-tracebacks || failed=$?
 
 skipped=$(cat "$logs"/* | sed 's/\x1b\[[0-9;]*m//g' | grep '^SKIPPED' | sort -u)
 printf '\nSkipped on this machine:\n%s\n\nAll in all:\n' "${skipped:-none}"
