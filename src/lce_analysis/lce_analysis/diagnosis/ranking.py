@@ -26,6 +26,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "worse": "an error rises, on data left out or of another sensor",
     "small": "it removes too little of the error on data left out",
     "varies": "the runs one by one do not bear out this strength",
+    "driven": "driven by its own temperature, the model as given explains the displacement better without it",
     "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
     "base": "another base model explains more without it",
 }

@@ -8,7 +8,7 @@ more passes; then everything that was accepted has to prove itself once more bes
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Final, TypeVar
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
@@ -51,6 +51,7 @@ BETTER: Final = 0.02
 class Search:
     """The present model beside the runs, and what has been accepted so far.
 
+    given : the model before any refit.
     base, present : the model refitted without any addition, and with what has been accepted.
     accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
     trials : what is known of every candidate.
@@ -69,6 +70,7 @@ class Search:
             raise LceError("no runs to diagnose")
         check_runs(model, runs)
         model = with_ambient_at_rest(model, runs)
+        self.given = model
         self.options, self.progress, self.candidates = options, progress, tuple(candidates)
         self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
         self.coarse = self.data.coarse
@@ -333,7 +335,22 @@ class Search:
         if tested is not None and (reason := on_data_left_out(trial.stage, tested, self.options)):
             self.trials.reject(trial, reason)
             return None
+        if trial.stage.drive == "measured" and self._own_heat_explains_more(step):
+            self.trials.reject(trial, "driven")
+            return None
         return step
+
+    def _own_heat_explains_more(self, step: Step) -> bool:
+        """Does the model as given explain more without the effect, where its own temperature drives the deformation?
+
+        Then the effect mends what the measured temperature did to it: a camera that lags makes the strip look early.
+        """
+        own, (_, after) = self._given_misfit, step.train
+        return all(own.mean_square(c) <= after.mean_square(c) for c in step.trial.stage.channels)
+
+    @cached_property
+    def _given_misfit(self) -> Misfit:
+        return self.misfit(self.given, "model")
 
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
         found = trial.fit.problem.model
