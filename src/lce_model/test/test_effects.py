@@ -88,11 +88,15 @@ def test_an_effect_explains_itself(effect: Effect) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("deformation", [*BASES, "prandtl_ishlinskii", "none"])
-def test_at_their_null_values_all_effects_together_change_nothing_to_the_last_bit(deformation: str) -> None:
+@pytest.mark.parametrize(
+    ("deformation", "rounding"),
+    [("equilibrium", 0.0), ("dynamic", 0.0), ("prandtl_ishlinskii", 0.0), ("none", 0.0), ("kinetic", 1e-10)],
+)
+def test_at_their_null_values_all_effects_together_change_nothing(deformation: str, rounding: float) -> None:
+    """Not a bit, but for kinetic: the compiler adds its fronts in any order, on some processors another per kernel."""
     model = default_model("lumped", deformation)
-    bare, null = simulate(model, TIME, POWER), simulate(with_all(deformation), TIME, POWER)
-    np.testing.assert_array_equal(columns(null), columns(bare))
+    bare, null = columns(simulate(model, TIME, POWER)), columns(simulate(with_all(deformation), TIME, POWER))
+    np.testing.assert_allclose(null, bare, rtol=rounding, atol=rounding * 1e-6)
 
 
 @each

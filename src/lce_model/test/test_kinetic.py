@@ -377,7 +377,7 @@ def test_a_spread_from_effects_adds_to_its_own(model: Model) -> None:
     added = default_model("none", "kinetic", ("transition_distribution",)).set(
         {"kinetic.spread": 4.0, "transition_distribution.sigma_t": 3.0}
     )
-    np.testing.assert_array_equal(follow(added, path, 1.0)[1], wide)
+    np.testing.assert_allclose(follow(added, path, 1.0)[1], wide, rtol=0.0, atol=1e-12 * np.abs(wide).max())
 
 
 def test_the_network_law_is_4_16_for_small_alpha_and_has_its_stroke() -> None:

@@ -41,7 +41,7 @@ _MOST = 30.0
 """A front gives way at the latest where it turns e^30 times a second, as often as a molecule tries."""
 _SUMS, _PRODUCTS = {"reassoc", "nsz"}, {"contract"}
 """Sums in any order, and products fused with them: what lets the compiler take several fronts at once. Not both in one
-function: the last bit would depend on the other terms of the model."""
+function: the last bit would depend on the other terms of the model, as it does even so on some processors."""
 
 
 def _fronts() -> tuple[Floats, Floats, Floats]:

@@ -19,8 +19,9 @@ PAGE = """# Effects
 What a model may lack. Written by `lce effects --markdown`; `lce effects NAME` shows one.
 
 An effect is a [term](../../src/lce_model/lce_model/terms.py) with a strength. At the null value of the strength the
-simulation is that of the model without it, to the last bit. Effects combine freely: those of a stage act before the
-term that takes what they give, several of them always in the same order, whatever the order in which they were added.
+simulation is that of the model without it (beside `kinetic`, to rounding). Effects combine freely: those of a stage
+act before the term that takes what they give, several of them always in the same order, whatever the order in which
+they were added.
 At 100 samples a second each is as accurate as at 1000, to 1e-4 of what it does, where the model itself does not jump.
 [test_effects.py](../../src/lce_model/test/test_effects.py) holds all of this for every effect,
 [test_effect_equations.py](../../src/lce_model/test/test_effect_equations.py) solves every equation by other means, and
