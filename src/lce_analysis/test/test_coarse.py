@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.identification.coarse import STEP_S, coarse
-from lce_analysis.identification.discontinuities import away_from, discontinuities
+from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.prediction import COLUMN, SimulationInput, simulation_input
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.run import Run, Series

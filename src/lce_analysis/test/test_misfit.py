@@ -8,7 +8,7 @@ import pytest
 
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair, reduction, reduction_of, share_removed
-from lce_analysis.identification.discontinuities import away_from, discontinuities
+from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.options import CompareOptions, Drive
 from lce_analysis.prediction import predict
 from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE
@@ -90,9 +90,19 @@ def test_a_pair_is_judged_away_from_the_jumps_of_either_model(
         assert part.samples[TEMPERATURE] == whole.samples[TEMPERATURE]
 
 
-def test_a_pair_without_jumps_is_judged_on_every_sample(without_loop: Model, pulse: Run) -> None:
+def test_a_pair_is_judged_away_from_the_measured_jumps(without_loop: Model, pulse: Run) -> None:
+    judged, series = JudgedRuns.of([pulse]), pulse.series[DISPLACEMENT]
+    jumps = discontinuities(series.time_s, series.value, judged.noise[0][DISPLACEMENT])
+    assert jumps == pytest.approx([9.01])
+    pair = judged.pair(without_loop, without_loop.set({"stretch_law.alpha": 2.0}), "model", [DISPLACEMENT])
+    assert pair.before.samples[DISPLACEMENT] == [series.value.size]
+    assert pair.judged_before.samples[DISPLACEMENT] == [away_from(jumps, series.time_s).sum()]
+
+
+def test_a_pair_without_jumps_is_judged_on_every_sample(without_loop: Model, recorded: Callable[..., Run]) -> None:
     other = without_loop.set({"stretch_law.alpha": 2.0})
-    pair = JudgedRuns.of([pulse]).pair(without_loop, other, "model", [DISPLACEMENT])
+    heating = recorded(power=lambda t: np.where(t > 1.0, 1.0, 0.0), duration_s=20.0)
+    pair = JudgedRuns.of([heating]).pair(without_loop, other, "model", [DISPLACEMENT])
     assert set(pair.before.total) == {DISPLACEMENT}
     assert pair.judged_before.samples[DISPLACEMENT] == pair.before.samples[DISPLACEMENT]
     assert pair.judged_after.total[DISPLACEMENT] == pair.after.total[DISPLACEMENT]

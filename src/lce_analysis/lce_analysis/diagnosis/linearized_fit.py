@@ -60,8 +60,7 @@ def samples(observed: Sequence[ObservedSeries]) -> dict[Channel, float]:
     """How many samples of each channel count."""
     counts: dict[Channel, float] = {}
     for series in observed:
-        kept = float(series.size) if series.keep is None else float(series.keep.sum())
-        counts[series.channel] = counts.get(series.channel, 0.0) + kept
+        counts[series.channel] = counts.get(series.channel, 0.0) + series.counted
     return counts
 
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.identification.discontinuities import away_from, discontinuities
+from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.options import Drive
 from lce_analysis.prediction import MECHANICAL, predict
 from lce_data.channels import SENSORS, Channel
@@ -99,7 +99,7 @@ class JudgedRuns:
                 series, modelled = run.series[channel], [p[channel] for p in predictions]
                 away = np.ones(series.value.size, dtype=bool)
                 if channel in MECHANICAL:
-                    jumps = [discontinuities(series.time_s, m, noise[channel]) for m in modelled]
+                    jumps = [discontinuities(series.time_s, x, noise[channel]) for x in (series.value, *modelled)]
                     away = away_from(np.concatenate(jumps), series.time_s)
                 rows.append((channel, away, [(m - series.value) / noise[channel] for m in modelled]))
         every = [(channel, np.ones_like(away), residuals) for channel, away, residuals in rows]

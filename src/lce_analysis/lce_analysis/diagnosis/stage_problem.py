@@ -119,9 +119,9 @@ class Data:
     def observed(self, channels: Sequence[Channel]) -> tuple[ObservedSeries, ...]:
         """The measured series of some channels, each in units of its noise; without a temperature that drives."""
         return tuple(
-            ObservedSeries(i, c, run_input.sampling[c], series.value, 1.0 / self.judged.noise[i][c])
+            ObservedSeries.of(i, run_input, c, self.judged.noise[i][c])
             for i, run_input in enumerate(self.inputs)
-            for c, series in run_input.run.measured.items()
+            for c in run_input.run.measured
             if c in channels and not (c is TEMPERATURE and run_input.driven)
         )
 

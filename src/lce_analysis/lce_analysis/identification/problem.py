@@ -10,14 +10,23 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from lce_analysis.identification.transformation import Transformation
-from lce_analysis.prediction import AMBIENT_KEY, COLUMN, Sampling, SimulationInput, ambient_at_rest, starts_at
+from lce_analysis.jumps import away_from, discontinuities
+from lce_analysis.prediction import (
+    AMBIENT_KEY,
+    COLUMN,
+    MECHANICAL,
+    Sampling,
+    SimulationInput,
+    ambient_at_rest,
+    starts_at,
+)
 from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model, RunValue, Variation
 
@@ -50,10 +59,24 @@ class ObservedSeries:
     whitening: Floats = field(default_factory=lambda: np.ones(1))
     keep: Floats | None = None
 
+    @classmethod
+    def of(cls, run: int, run_input: SimulationInput, channel: Channel, sigma: float) -> Self:
+        """A channel of the run number ``run``; samples around its jumps do not count."""
+        series, keep = run_input.run.series[channel], None
+        if channel in MECHANICAL:
+            jumps = discontinuities(series.time_s, series.value, sigma)
+            keep = away_from(jumps, series.time_s).astype(np.float64) if jumps.size else None
+        return cls(run, channel, run_input.sampling[channel], series.value, 1.0 / sigma, keep=keep)
+
     @property
     def size(self) -> int:
         """Number of residuals."""
         return self.measured.size - self.whitening.size + 1
+
+    @property
+    def counted(self) -> float:
+        """How many residuals count."""
+        return float(self.size if self.keep is None else self.keep[self.whitening.size - 1 :].sum())
 
     def weighted(self, values: Floats) -> Floats:
         """Values (…, n) at the samples → (…, size) in units of the noise, whitened."""
@@ -302,13 +325,13 @@ class Problem:
     def series_rms(self, variables: Floats, channel: Channel) -> float:
         """RMS residual of one channel over all runs, in its SI unit; NaN if it was not measured."""
         residual = self.residuals(variables)
-        total, count, begin = 0.0, 0, 0
+        total, count, begin = 0.0, 0.0, 0
         for series in self.observed:
             part = residual[begin : begin + series.size] / series.weight
             begin += series.size
             if series.channel is channel:
                 total += float(part @ part)
-                count += part.size
+                count += series.counted
         return float(np.sqrt(total / count)) if count else float("nan")
 
 
@@ -318,9 +341,9 @@ def observed_series(inputs: Sequence[SimulationInput], sigma: Mapping[Channel, f
     A temperature that drives the run is an input, and not among them.
     """
     return tuple(
-        ObservedSeries(i, channel, run_input.sampling[channel], series.value, 1.0 / sigma[channel])
+        ObservedSeries.of(i, run_input, channel, sigma[channel])
         for i, run_input in enumerate(inputs)
-        for channel, series in run_input.run.measured.items()
+        for channel in run_input.run.measured
         if channel in sigma and not (channel is TEMPERATURE and run_input.driven)
     )
 

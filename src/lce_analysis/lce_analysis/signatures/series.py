@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.covariates import covariates_on_grid
-from lce_analysis.identification.discontinuities import away_from, discontinuities
+from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.options import Drive
 from lce_analysis.prediction import (
     COLUMN,
