@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small campaigns with something hidden; how well the method does is measured by `make hidden`."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import add_effect, diagnose
 from lce_analysis.diagnosis.diagnosis import Column
+from lce_analysis.diagnosis.misfit import Misfit
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.run import Run, Series
@@ -23,8 +26,8 @@ WAVES = {
     "prbs": ("prbs", {"low": 0.6, "high": 2.4, "bit": 4.0, "order": 4, "rest": 10.0}),
 }
 KEYS = {
-    "verdict", "added", "steps", "candidates", "traces", "error", "error_over_noise", "noise_floor", "discrepancy",
-    "varies", "signatures", "fingerprint", "other_base", "seconds",
+    "verdict", "added", "steps", "candidates", "traces", "error", "error_over_noise", "away_from_jumps", "noise_floor",
+    "discrepancy", "varies", "signatures", "fingerprint", "other_base", "seconds",
 }  # fmt: skip
 CANDIDATE_KEYS = {
     "effect", "stage", "standing", "reason", "evidence", "p_value", "visibility", "expected_strength", "predicted_fall",
@@ -63,6 +66,11 @@ def test_a_complete_model_is_adequate() -> None:
     assert found.steps == ()
     assert found.sentences[0].startswith("Nothing is missing")
     assert all(c.standing != "missing" for c in found.candidates)
+    assert not [s for s in found.sentences if "jumps of the displacement" in s]
+    everywhere = found.train.misfit["after"]
+    away = Misfit({c: 0.5 * total for c, total in everywhere.total.items()}, everywhere.samples)
+    (told,) = (s for s in replace(found, away_from_jumps=away).sentences if "jumps of the displacement" in s)
+    assert f"{away.rms[DISPLACEMENT]:.2f} × the noise in the displacement" in told
 
 
 @pytest.mark.parametrize("name", ["creep", "displacement_drift"])

@@ -76,6 +76,7 @@ class Diagnosis:
     fingerprint : what is left, in words; empty if it is noise.
     other_base : a base model that explains the displacement better, with what it lacks; None if none was found.
     train, test : the errors of the three models.
+    away_from_jumps : of the final model beside ``runs``, on the samples away from jumps of the displacement.
     noise : RMS noise [SI] of each sensor.
     discrepancy : RMS [SI] of what the final model leaves beyond the noise of each sensor.
     runs : names of the runs that it was found from, and `held_out` of those that were held out.
@@ -99,6 +100,7 @@ class Diagnosis:
     other_base: OtherBase | None
     train: ErrorTable
     test: ErrorTable
+    away_from_jumps: Misfit
     noise: Mapping[Channel, float]
     discrepancy: Mapping[Channel, float]
     runs: tuple[str, ...]
@@ -139,6 +141,7 @@ class Diagnosis:
                 name: {column: _over_noise(misfit) for column, misfit in table.misfit.items()}
                 for name, table in tables.items()
             },
+            "away_from_jumps": _over_noise(self.away_from_jumps),
             "noise_floor": {channel.column: self.noise.get(channel) for channel in SENSORS},
             "discrepancy": {channel.column: self.discrepancy.get(channel) for channel in SENSORS},
             "varies": {key: _by_run_json(variation) for key, variation in self.model.varies.items()},
@@ -279,6 +282,7 @@ def diagnose(
         other_base=other_base,
         train=train,
         test=error_table(search, models, search.tests),
+        away_from_jumps=search.away_from_jumps(),
         noise=noise,
         discrepancy={c: float(np.sqrt(after.above_noise(c))) * noise[c] for c in after.total},
         runs=tuple(run.name for run in runs),

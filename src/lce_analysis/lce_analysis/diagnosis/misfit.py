@@ -80,6 +80,10 @@ class JudgedRuns:
         """Simulate every run with the model. Raises LceError if a run lacks what the model needs."""
         return self._misfits([model], drive, channels)[0][0]
 
+    def away_from_jumps(self, model: Model, drive: Drive) -> Misfit:
+        """Errors of a model on the samples away from its jumps and those of the displacement."""
+        return self._misfits([model], drive, SENSORS)[0][1]
+
     def pair(self, first: Model, second: Model, drive: Drive, channels: Sequence[Channel]) -> "Pair":
         """Errors of two models, on every sample and on those away from the jumps of both.
 

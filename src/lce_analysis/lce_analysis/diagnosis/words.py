@@ -11,6 +11,7 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.stage_problem import Part
 from lce_analysis.diagnosis.structure import TOLD
+from lce_analysis.jumps import LEFT_OUT_S
 from lce_analysis.signatures.signature import DISCOVER
 from lce_data.channels import DISPLACEMENT, Channel
 from lce_data.units import after_number
@@ -31,6 +32,8 @@ PARTS: Final[Mapping[Part, str]] = {
     "both": "the heat (P → T), and perhaps the deformation (T → d) behind it",
 }
 
+AT_JUMPS: Final = 1.1
+"""Error on every sample over that away from jumps, from which on it is told."""
 DEFAULT_THERMAL: Final = "lumped"
 """Of `lce fit`."""
 
@@ -49,6 +52,7 @@ def in_words(found: Diagnosis) -> Iterator[str]:
         yield from _stage_at_fault(found)
     if found.steps and (left := _amounts(found.discrepancy)):
         yield f"Beyond the noise of the sensors the model is still wrong by {left} rms."
+    yield from _jumps(found)
     for bound in found.at_bounds:
         yield f"At a bound: {bound.sentence}."
     yield from _traces(found.traces)
@@ -57,6 +61,17 @@ def in_words(found: Diagnosis) -> Iterator[str]:
     masked = [c.effect.name for c in found.candidates if c.standing != "missing" and not c.score.shown]
     if masked and found.verdict != "unexplained":
         yield f"These data would not show, at any strength within its bounds: {', '.join(masked)}."
+
+
+def _jumps(found: Diagnosis) -> Iterator[str]:
+    """How much of the error lies at jumps, if that is much."""
+    errors = found.train.misfit["after"], found.away_from_jumps
+    everywhere, away = (misfit.rms.get(DISPLACEMENT, 0.0) for misfit in errors)
+    if everywhere > AT_JUMPS * away:
+        yield (
+            f"Much of that is at jumps of the displacement, where a hundredth of a second decides: farther than "
+            f"{LEFT_OUT_S} s from them the model leaves {away:.2f} × the noise in the displacement."
+        )
 
 
 def _other_base(found: OtherBase, present: str) -> Iterator[str]:
