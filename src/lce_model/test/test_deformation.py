@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from lce_model import Model, default_model, simulate
-from lce_model.landau import clearing_temperature
+from lce_model.landau import clearing_temperature, wells
 
 Floats = NDArray[np.float64]
 
@@ -95,6 +95,29 @@ def test_dynamic_does_not_jump_at_its_boundaries(dynamic: Model) -> None:
     turn = path.argmax()
     steps = np.abs(np.diff(d))
     assert np.delete(steps, [turn - 1, turn]).max() < 2e-6
+
+
+def test_with_a_large_spinodal_rate_x_is_1_below_t_star_and_0_above_t1(dynamic: Model) -> None:
+    """§5.1 to the letter, on cooling: from above both T1, and turned between that of heating and that of cooling."""
+    jumps = dynamic.set({"dynamic.spinodal": 1e4})
+    a0, b, c, t_star = 6.0e-22, 4.5e-20, 2.6e-20, 307.0
+    for top in (390.0, 345.0):
+        path = np.concatenate([np.arange(300.0, top, 0.05), np.arange(top, 300.0, -0.05)])
+        turn, time = path.argmax() + 1, np.arange(path.size) * 0.01
+        order, slow = (simulate(m, time, None, temperature_k=path).order[turn:] for m in (jumps, dynamic))
+        cooling = path[turn:]
+        below, above = cooling < t_star - 0.05, cooling > clearing_temperature(a0, b, c, t_star)
+        nematic = np.array([wells(t, a0, b, c, t_star)[1] for t in cooling])
+        np.testing.assert_allclose(order[above], 0.0, atol=1e-9)
+        np.testing.assert_allclose(order[below], nematic[below], rtol=1e-9)
+        assert slow[below][0] < 0.9 * nematic[below][0]
+
+
+def test_a_spinodal_rate_depends_on_the_path_and_not_on_its_steps(dynamic: Model) -> None:
+    rate = dynamic.set({"dynamic.spinodal": 0.7})
+    coarse, fine = (loop(rate, up_and_down(300.0, 390.0, step)) for step in (1.0, 0.05))
+    np.testing.assert_allclose(coarse[: coarse.size // 2], fine[: fine.size // 2 : 20][: coarse.size // 2], atol=2e-6)
+    np.testing.assert_allclose(coarse[::-1][: coarse.size // 2], fine[::-20][: coarse.size // 2], atol=2e-6)
 
 
 def test_dynamic_solves_its_equation_as_well_as_lsoda(dynamic: Model) -> None:

@@ -91,7 +91,7 @@ SCALE = 1.07
 
 
 def test_the_scale_of_the_order_is_not_seen_by_the_dynamic_model(dynamic: Model) -> None:
-    """Q → sQ leaves energies, rates and λ as they are: one combination of the 14 parameters is never determined."""
+    """Q → sQ leaves energies, rates and λ as they are: one combination of the 15 parameters is never determined."""
     powers = {"stretch_law.alpha": -1} | {
         f"dynamic.{name}": power
         for power, names in {

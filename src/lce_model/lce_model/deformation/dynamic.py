@@ -12,8 +12,10 @@ docs/explanation/physics.md has the computation. A0, B, C have one value for hea
 (``_f``). The model is rate-independent.
 
 Below T* the isotropic well is gone and above T1 the nematic one: nothing returns to them (Δ = 0) and nothing holds the
-molecules back (E = 0), so x runs to 1 and to 0 there without the jump that "x = 1 for T < T2" would make of what is
-left at the boundary. Where an effect spreads T* over domains, each has its own x, and the order is the mean of theirs.
+molecules back (E = 0), so x runs to 1 and to 0 there. §5.1 also says that "x = 1" below T2 and "x = 0" above T1: a jump
+of what is left at the boundary. ``spinodal`` is a rate that is added to w13 below T* and to w31 above T1: with 0 the
+rates alone hold, a large one is the jump. Where an effect spreads T* over domains, each has its own x, and the order is
+the mean of theirs.
 """
 
 import math
@@ -108,19 +110,22 @@ def _within(x: float, t_from: float, t_to: float, t1: float, branch: Branch) -> 
 
 
 @register_jitable
-def _advance(x: float, t_from: float, t_to: float, t_star: float, branch: Branch) -> float:
+def _advance(x: float, t_from: float, t_to: float, t_star: float, branch: Branch, spinodal: float) -> float:
     """x after the path t_from → t_to, in pieces that end at T* and T1."""
     t1 = clearing_temperature(branch.a0, branch.b, branch.c, t_star)
     below_from, below_to = min(t_from, t1), min(t_to, t1)
     beyond = abs(t_to - t_from) - abs(below_to - below_from)
     q = 0.5 * branch.b / branch.c
-    loss = math.exp(-(branch.cr1 + branch.cr2 * q) * q * beyond) if beyond > 0.0 else 1.0
+    loss = math.exp(-((branch.cr1 + branch.cr2 * q) * q + spinodal) * beyond) if beyond > 0.0 else 1.0
     if t_to < t_from:
         x *= loss
     if (below_from - t_star) * (below_to - t_star) < 0.0:
         x = _within(x, below_from, t_star, t1, branch)
         below_from = t_star
     x = _within(x, below_from, below_to, t1, branch)
+    if spinodal > 0.0:
+        cold = abs(min(below_to, t_star) - min(below_from, t_star))
+        x = 1.0 - (1.0 - x) * math.exp(-spinodal * cold)
     return x * loss if t_to > t_from else x
 
 
@@ -180,13 +185,14 @@ def step(
     cr1_f: float,
     cf1_f: float,
     cf2_f: float,
+    spinodal: float,
 ) -> tuple[float, float, float]:
     """(x, Q3, Q̄0) after the temperature path of this step."""
     heating = Branch(a0_r, b_r, c_r, cf1_r, 0.0, cr1_r, cr2_r)
     cooling = Branch(a0_f, b_f, c_f, cf1_f, cf2_f, cr1_f, 0.0)
     branch = heating if direction > 0.0 else cooling
     for i in range(DOMAINS if transition_spread > 0.0 else 1):
-        x[i] = _advance(x[i], path_from, path_to, t_star + transition_spread * NODES[i], branch)
+        x[i] = _advance(x[i], path_from, path_to, t_star + transition_spread * NODES[i], branch, spinodal)
     fraction, q3 = _seen(order_temperature, x, branch.a0, branch.b, branch.c, t_star, transition_spread)
     return fraction, q3, reference_order
 
@@ -219,6 +225,9 @@ DYNAMIC = Term(
             "cf1_f", "1/K", 5.0e-4, 0.0, 1e3, "isotropic → nematic, first order, cooling", _SOURCE, "asinh", _KNEE
         ),
         Parameter("cf2_f", "1/K", 0.3, 0.0, 1e3, "isotropic → nematic, second order, cooling", _SOURCE, "asinh", _KNEE),
+        Parameter(
+            "spinodal", "1/K", 0.0, 0.0, 1e4, "rate added where a well is gone, beyond T*, T1", "§5.1", "asinh", _KNEE
+        ),
         Parameter(
             "t_ref",
             "K",
