@@ -116,7 +116,7 @@ FAMILIES = {
             lambda rng: Dynamic.random(rng, literal=True),
             AUTOREGRESSIVE,
             "dynamic",
-            exact=False,
+            exact=True,
         ),
         Family("relays", Relays.random, MIXED, "kinetic", exact=False),
         Family(
