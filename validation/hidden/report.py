@@ -229,5 +229,5 @@ no false addition, and may be named first. An effect leads the ranking if nothin
 verdict names it or not. "Outside the library" hides what the product has no effect for. "Effect left out" hides an
 effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a Poisson count's.
 Where the answer says to begin with another base model, what it names beside that one counts, and the error is that of
-that one. Errors are in units of the noise that was put in. In the table of all families, what misses its bar is
-bold."""
+that one. Errors are in units of the noise that was put in; displacements within 0.25 s of a jump of the strip do not
+count. In the table of all families, what misses its bar is bold."""
