@@ -295,19 +295,22 @@ class _Search:
         self.model = there.model.varying({**self.model.varies, **there.model.varies})
 
     def _two_step(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
-        """The rough solution p_r of §5.3, from the run whose series covers most.
+        """Rough solutions p_r of §5.3, from the run whose series covers most; all the runs choose among them.
 
         A population that has closed in on a minimum is often in a local one, so a search that has not come down to the
         noise is repeated from another population.
         """
         one, enough = self._widest(problem)
         reached: list[Optimum] = []
+        best: list[Optimum] = []
         for attempt in range(self.options.evolutions):
             name = f"{label}, evolution {attempt + 1}/{self.options.evolutions}"
-            reached.append(self._evolution(one, enough, name, attempt, box))
-            if self._searched_enough(reached):
+            found = self._evolution(one, enough, name, attempt, box)
+            reached += found
+            best.append(min(found, key=lambda optimum: optimum.rms))
+            if self._searched_enough(best):
                 break
-        yield min(reached, key=lambda optimum: optimum.rms).variables
+        yield from (optimum.variables for optimum in sorted(reached, key=lambda optimum: optimum.rms))
 
     def _widest(self, problem: Problem) -> tuple[Problem, float]:
         """The problem of the series with the widest range alone, and the weighted RMS residual that ends a search."""
@@ -320,8 +323,8 @@ class _Search:
 
     def _evolution(
         self, problem: Problem, enough: float, label: str, attempt: int, box: tuple[Floats, Floats]
-    ) -> Optimum:
-        """One population, and the best of its scattered members after least squares."""
+    ) -> list[Optimum]:
+        """One population: its scattered members after least squares."""
         rough, population = evolve(problem, enough, label, self.progress, (self.options.seed, attempt), box)
         self._count(rough, len(self.inputs))
         refined = []
@@ -330,7 +333,7 @@ class _Search:
                 break
             refined.append(levenberg_marquardt(problem, guess, f"{label}, refined", self.progress, 100))
             self._count(refined[-1], len(self.inputs))
-        return min(refined, key=lambda optimum: optimum.rms, default=rough)
+        return refined or [rough]
 
     def _searched_enough(self, reached: Sequence[Optimum]) -> bool:
         """Has the last population come down to the noise, or found the best minimum for the second time?"""

@@ -200,6 +200,8 @@ def step(
 _SOURCE = "(5.10), Amp 0.4, T_h 20 s"
 _KNEE = 0.01
 """Rate [1/K] below which a coefficient hardly matters: it moves a tenth of the molecules over 10 K."""
+_BEYOND = 1.0
+"""The same of the rate beyond T* and T1, where the others are that fast as well."""
 
 DYNAMIC = Term(
     name="dynamic",
@@ -226,7 +228,7 @@ DYNAMIC = Term(
         ),
         Parameter("cf2_f", "1/K", 0.3, 0.0, 1e3, "isotropic → nematic, second order, cooling", _SOURCE, "asinh", _KNEE),
         Parameter(
-            "spinodal", "1/K", 0.0, 0.0, 1e4, "rate added where a well is gone, beyond T*, T1", "§5.1", "asinh", _KNEE
+            "spinodal", "1/K", 0.0, 0.0, 1e4, "rate added where a well is gone, beyond T*, T1", "§5.1", "asinh", _BEYOND
         ),
         Parameter(
             "t_ref",
