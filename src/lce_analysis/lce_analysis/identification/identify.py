@@ -54,6 +54,8 @@ Floats = NDArray[np.float64]
 
 ASTRAY = 0.1
 """Share of the spread of a series: a search that leaves more is begun again once, from other guesses."""
+SPINODAL, RUNS_ON, JUMPS = "dynamic.spinodal", 0.01, 100.0
+"""A parameter of the dynamic model, and values of it [1/K] in its two valleys."""
 HALVING = ((20, 8), (5, 25), (2, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps.
 
@@ -261,6 +263,8 @@ class _Search:
         label = f"{self.model.deformation} model"
         guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
         best = self._best_of(problem, list(guesses(problem, box, label)), label)
+        if SPINODAL in shared and shared.index(SPINODAL) in common and not self.interrupted:
+            best = self._of_both_readings(problem, best, label)
         if self.model.deformation != "dynamic" and not self.interrupted and _astray(problem, best.variables):
             again = self._best_of(problem, list(self._random_guesses(problem, box, label, attempt=1)), label)
             best = min(best, again, key=lambda optimum: optimum.rms)
@@ -290,6 +294,15 @@ class _Search:
                     return min(found, key=lambda o: o.rms)
             ranked = sorted(found, key=lambda o: o.rms)
         return ranked[0]
+
+    def _of_both_readings(self, problem: Problem, best: Optimum, label: str) -> Optimum:
+        """The better of two valleys: x runs on beyond T* and T1 by the rates of chapter 5, or jumps as §5.1 says."""
+        model = problem.at(best.variables).model
+        other = model.set({SPINODAL: RUNS_ON if model[SPINODAL] > 1.0 else JUMPS})
+        guess = replace(problem, model=other).first()
+        found = levenberg_marquardt(problem, guess, f"{label}, other reading of §5.1", self.progress, HALVING[-1][1])
+        self._count(found)
+        return min(best, found, key=lambda optimum: optimum.rms)
 
     def _adopt_deformation(self, there: Problem) -> None:
         self.model = there.model.varying({**self.model.varies, **there.model.varies})
