@@ -13,7 +13,7 @@ from lce_analysis.diagnosis.misfit import Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Estimate, Strengths
-from lce_analysis.diagnosis.trial import Trial, gets_worse, objection, penalty, with_effect
+from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, objection, penalty, with_effect
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import Sampling
@@ -194,3 +194,10 @@ def test_a_trial_frees_every_parameter_of_the_effect_that_a_fit_may_change() -> 
     assert {model.values[i].key for i in freed.free} == {"lumped.tau", "radiation.emissivity"}
     assert freed.free == tuple(sorted(freed.free))
     assert with_effect(freed, radiation).free == freed.free
+
+
+def test_a_second_start_has_the_strength_that_is_expected_and_all_else_as_it_was() -> None:
+    there, before = effect_alone(STAGE, SCORE).model, STAGE.fit.problem.model
+    assert there[CREEP.strength_key] == SCORE.expected_strength
+    assert there["creep.tau_v"] == 8.0
+    assert there.set({key: before[key] for key in (CREEP.strength_key, "creep.tau_v")}) == before

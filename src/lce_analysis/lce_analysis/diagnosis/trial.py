@@ -106,6 +106,13 @@ def first_step(stage: StageProblem, score: Score, solve: Floats) -> Problem:
     return best
 
 
+def effect_alone(stage: StageProblem, score: Score) -> Problem:
+    """The full model with the effect at the strength that is expected of it, all else as it was."""
+    base, effect = stage.fit.problem, score.effect
+    settings = {**score.direction.settings, effect.strength_key: score.expected_strength}
+    return replace(base, model=base.model.set(settings))
+
+
 def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection:
     """What speaks against the effect, the plainest first."""
     spec = trial.effect.parameter(trial.effect.strength)

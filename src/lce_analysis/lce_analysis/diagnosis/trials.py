@@ -5,17 +5,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut
 from lce_analysis.diagnosis.linearized_fit import refit, samples
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import strengths
-from lce_analysis.diagnosis.trial import Objection, Trial, first_step, objection, penalty, with_effect
+from lce_analysis.diagnosis.trial import Objection, Trial, effect_alone, first_step, objection, penalty, with_effect
 from lce_analysis.identification.parallel import each
+from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_data.progress import Progress
 from lce_model.effects import Effect
+
+DISAPPOINTING: Final = 0.5
+"""A refit that gains less than this share of what was predicted may have left the way to a better minimum."""
 
 
 class Trials:
@@ -100,9 +105,16 @@ class Trials:
         return [s for s in scores if s.predicted_gain > least][: self.options.refitted]
 
     def _refitted(self, stage: StageProblem, tested: ScoreTestResult, scores: Sequence[Score]) -> list[Trial]:
-        starts = [with_effect(first_step(stage, s, tested.plain.solve), s.effect) for s in scores]
+        starts = [first_step(stage, s, tested.plain.solve) for s in scores]
+        trials = self._from(stage, scores, starts)
+        poor = [t.score for t in trials if t.gain < DISAPPOINTING * t.score.predicted_gain]
+        again = {t.effect.name: t for t in self._from(stage, poor, [effect_alone(stage, s) for s in poor])}
+        return [max(t, again.get(t.effect.name, t), key=lambda trial: trial.gain) for t in trials]
+
+    def _from(self, stage: StageProblem, scores: Sequence[Score], starts: Sequence[Problem]) -> list[Trial]:
+        """Effects refitted, each from its start."""
         tasks = [
-            partial(refit, start, f"with {s.effect.name}", iterations=self.options.iterations)
+            partial(refit, with_effect(start, s.effect), f"with {s.effect.name}", iterations=self.options.iterations)
             for start, s in zip(starts, scores, strict=True)
         ]
         fits = each(tasks, "refits", self.progress)

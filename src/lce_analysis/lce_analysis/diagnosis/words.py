@@ -33,7 +33,7 @@ PARTS: Final[Mapping[Part, str]] = {
 }
 
 AT_JUMPS: Final = 1.1
-"""Error on every sample over that away from jumps, from which on it is told."""
+"""Error on every sample over that away from jumps, from which on it is reported."""
 DEFAULT_THERMAL: Final = "lumped"
 """Of `lce fit`."""
 
