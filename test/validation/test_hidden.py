@@ -286,6 +286,7 @@ def test_cases_run_on_a_dask_cluster() -> None:
         ("equilibrium", (), "adequate"),
         ("equilibrium", ("laser_droop",), "missing"),
         ("chapter-5-continuous", ("camera_lag",), "missing"),
+        ("chapter-5-literal", (), "adequate"),
         ("relays", ("radiation",), "missing"),
     ],
 )

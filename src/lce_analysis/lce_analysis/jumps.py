@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-# All are numbers of the fit, not choices: what a model leaves is told of every sample.
+# Fixed numbers, not options: they decide what a fit counts; the tables of errors count every sample.
 DISCONTINUITY: Final = 5.0
 """A step of a series that is this many times larger than all but 1 % of its steps may be a discontinuity."""
 ALONE: Final = 3.0

@@ -282,7 +282,7 @@ def diagnose(
         other_base=other_base,
         train=train,
         test=error_table(search, models, search.tests),
-        away_from_jumps=search.away_from_jumps(),
+        away_from_jumps=search.data.judged.away_from_jumps(search.whole(search.present.model), search.present.drive),
         noise=noise,
         discrepancy={c: float(np.sqrt(after.above_noise(c))) * noise[c] for c in after.total},
         runs=tuple(run.name for run in runs),

@@ -137,10 +137,6 @@ class Search:
         """Errors of a model simulated beside the runs, or others."""
         return (self.data.judged if judged is None else judged).misfit(self.whole(model), drive)
 
-    def away_from_jumps(self) -> Misfit:
-        """Errors of the present model beside the runs, where decisions are made."""
-        return self.data.judged.away_from_jumps(self.whole(self.present.model), self.present.drive)
-
     def whole(self, model: Model) -> Model:
         """The model with all candidates at their null values, where they change nothing: it is compiled already."""
         return with_candidates(model, self.candidates)

@@ -201,7 +201,7 @@ _SOURCE = "(5.10), Amp 0.4, T_h 20 s"
 _KNEE = 0.01
 """Rate [1/K] below which a coefficient hardly matters: it moves a tenth of the molecules over 10 K."""
 _BEYOND = 1.0
-"""The same of the rate beyond T* and T1, where the others are that fast as well."""
+"""The same for the rate added beyond T* and T1: a smaller one is lost beside the others."""
 
 DYNAMIC = Term(
     name="dynamic",
