@@ -144,8 +144,10 @@ class DiagnoseOptions:
     ----------
     false_alarm : chance of a false addition to a complete model, over the whole library.
     promise : an effect is refitted if the score test promises this share of what would be worth having.
+    far : a part of the model is searched on while an effect takes, or promises, this share of what is above the noise
+        of a sensor.
     refitted : candidates that are refitted in each step, those that promise most.
-    contenders : of these, how many are judged on data left out.
+    contenders : of these, how many are refitted to the end and judged on data left out.
     worth_noise, worth_share : an effect is worth having if on data left out it lowers the error of a sensor by more
         than ``worth_noise``, a shift of a quarter of its noise, and by more than the share ``worth_share`` of what is
         above the noise.
@@ -192,6 +194,7 @@ class DiagnoseOptions:
 
     false_alarm: float = 0.05
     promise: float = 0.1
+    far: float = 0.25
     refitted: int = 6
     contenders: int = 3
     worth_noise: float = 0.05
@@ -221,7 +224,16 @@ class DiagnoseOptions:
     def __post_init__(self) -> None:
         _check_counts(self, "refitted", "contenders", "max_effects", "iterations", "knots")
         _check_share(
-            self, "false_alarm", "promise", "worth_share", "most", "nearly_all", "structured", "jumping", "other_base"
+            self,
+            "false_alarm",
+            "promise",
+            "far",
+            "worth_share",
+            "most",
+            "nearly_all",
+            "structured",
+            "jumping",
+            "other_base",
         )
         _check_share(self, "alias_correlation")
         _check_at_least(self, 0.0, "worth_noise", "worse", "alike", "bent", "min_visibility", "alias_evidence")

@@ -101,12 +101,15 @@ def test_an_effect_of_the_heat_is_found_on_the_temperature_alone() -> None:
 
 def test_a_camera_that_lags_unknown_to_the_library_is_no_effect_of_light_on_the_order() -> None:
     """The displacement is as the model's own temperature has it, and early beside the measured one."""
-    strip = BASE.add("camera_lag").set({"camera_lag.tau": 1.0})
-    found = diagnose(BASE, *_campaign(strip), [find("photochemical_order")])
+    train, test = _campaign(BASE.add("camera_lag").set({"camera_lag.tau": 1.0}))
+    found = diagnose(BASE, train, test, [find("photochemical_order")])
     assert (found.verdict, found.steps) == ("unexplained", ())
     (candidate,) = found.candidates
     assert candidate.trial is not None
     assert candidate.trial.objection == "driven"
+    added = add_effect(BASE, "photochemical_order", train, test)
+    assert not added.confirmed
+    assert added.objection == candidate.reason
 
 
 def test_what_no_effect_explains_is_called_unexplained_and_nothing_is_named() -> None:

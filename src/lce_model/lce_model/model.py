@@ -3,7 +3,8 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -112,6 +113,10 @@ class Model:
     fit: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     varies: Mapping[str, Variation] = field(default_factory=lambda: MappingProxyType({}))
 
+    def __getstate__(self) -> dict[str, Any]:
+        # The kernel stays behind: another process loads its own.
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
     @property
     def terms(self) -> tuple[Term, ...]:
         """The visible tuple of terms, in the order of evaluation."""
@@ -122,7 +127,7 @@ class Model:
         """Names of the effects, those of the user's own by theirs."""
         return tuple(find(e).name for e in self.effects)
 
-    @property
+    @cached_property
     def kernel(self) -> Kernel:
         """The compiled form of the terms."""
         return compile_terms(self.terms)

@@ -20,7 +20,7 @@ from lce_analysis.diagnosis.stage_problem import StagedFit, carried
 from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import FitOptions
-from lce_data.channels import DISPLACEMENT
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
 from lce_model import Model, default_model
 from lce_model.effects import find
@@ -123,8 +123,10 @@ def _identified(deformation: str, search: Search) -> Model | None:
 
 
 def _searched(model: Model, search: Search) -> Search:
-    """The same runs and candidates, searched for what another base model lacks."""
-    left = [effect for effect in search.candidates if effect.reference not in model.effects]
+    """The same runs, searched for what another base model lacks; of the heat only where that is not explained."""
+    heat = search.present.mean_squares.get(TEMPERATURE, 0.0) > search.options.explained**2
+    own = [effect for effect in search.candidates if heat or not acts_on_temperature(effect)]
+    left = [effect for effect in own if effect.reference not in model.effects]
     found = Search(model, search.data.judged.runs, search.tests.runs, left, search.options, search.progress)
     found.run()
     if found.steps:

@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, share_removed
+from lce_analysis.diagnosis.misfit import NOISE, JudgedRuns, Misfit, reduction, reduction_of, share_removed
 from lce_analysis.diagnosis.stage_problem import (
     Data,
     StagedFit,
@@ -114,7 +114,8 @@ class Search:
             raise LceError(f"{effect.name}: it changes nothing that these runs measured")
         trial = self.trials.of(effect, stages)
         step = self._step(trial, (effect.name,))
-        trial = replace(step.trial, objection=self.trials.objection(step.trial))
+        mends = self._mends_the_drive(step)
+        trial = replace(step.trial, objection="driven" if mends else self.trials.objection(step.trial))
         self._accept(replace(step, trial=trial))
         self._finish()
         (step,) = self.steps
@@ -144,11 +145,13 @@ class Search:
     def _forward(self, heat: bool) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.accepted)
+        trials = self._far_reaching(heat)
         while len(self.steps) < self.options.max_effects:
-            found = self._next(heat)
+            found = self._next(trials, heat)
             if found is None:
                 break
             self._accept(found)
+            trials = self._far_reaching(heat) if trials else []
         self._prune(began)
         self._drop_what_explains_a_part(began)
         if self._since(began, VariationStep) and not self._differences_explain(began):
@@ -186,12 +189,20 @@ class Search:
                 self.accepted[-1] = replace(self.accepted[-1], with_it=anew)
                 self.present = anew
 
-    def _next(self, heat: bool) -> Accepted | None:
+    def _far_reaching(self, heat: bool) -> list[Trial]:
+        """Trials of one part of the model, judged; none if no effect goes far."""
+        trials = self.trials.judged(self._tried(heat))
+        if any(self._goes_far(trial) for trial in trials):
+            return trials
+        for trial in (t for t in trials if not t.objection):
+            self.trials.reject(trial, "part")
+        return []
+
+    def _next(self, trials: Sequence[Trial], heat: bool) -> Accepted | None:
         """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error.
 
         What differs is looked for where a sensor is left beyond the noise, which one effect does not explain.
         """
-        trials = self.trials.judged(self._tried(heat))
         step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
         if self._explains_all(self.present if step is None else step.with_it, heat):
             return step
@@ -200,6 +211,18 @@ class Search:
         if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
         return self._variation_step(variation)
+
+    def _goes_far(self, trial: Trial) -> bool:
+        """Does an effect take, or promise, a fair share of what is above the noise of a sensor?
+
+        The last effect of a part of the model has to take most of it. It would promise a fair share of that already,
+        whatever else is missing beside it; so where no effect does, none of those that are left can be the last.
+        """
+        before, after = trial.stage.fit.mean_squares, trial.fit.mean_squares
+        shares = [
+            reduction_of({c: x}, {c: after[c]}) for c, x in before.items() if x > NOISE + self.options.worth_noise
+        ]
+        return max([trial.predicted_reduction, *shares]) >= self.options.far
 
     def _explains_all(self, fit: StagedFit, heat: bool) -> bool:
         """Does the model leave the sensors of a part within what counts as explained?"""
@@ -254,7 +277,7 @@ class Search:
         start = self.present.model.set({v.key: v.value for v in values if v.key in self.present.model})
         start = start.varying({**start.varies, **best.fit.problem.model.varies})
         found = self._refitted(start)
-        return found if found.error < self.present.error * (1.0 - BETTER) else None
+        return found if reduction_of(self.present.mean_squares, found.mean_squares) >= self.options.far else None
 
     def _explained(self, last: Step) -> bool:
         """Does the last effect take most of what would be left without it?
@@ -335,16 +358,19 @@ class Search:
         if tested is not None and (reason := on_data_left_out(trial.stage, tested, self.options)):
             self.trials.reject(trial, reason)
             return None
-        if trial.stage.drive == "measured" and self._own_heat_explains_more(step):
+        if self._mends_the_drive(step):
             self.trials.reject(trial, "driven")
             return None
         return step
 
-    def _own_heat_explains_more(self, step: Step) -> bool:
-        """Does the model as given explain more without the effect, where its own temperature drives the deformation?
+    def _mends_the_drive(self, step: Step) -> bool:
+        """Does the effect only mend what the measured temperature did to the deformation that it drives?
 
-        Then the effect mends what the measured temperature did to it: a camera that lags makes the strip look early.
+        So it is if the model as given explains more without it, driven by its own temperature: a camera that lags
+        makes the strip look early.
         """
+        if step.trial.stage.drive != "measured":
+            return False
         own, (_, after) = self._given_misfit, step.train
         return all(own.mean_square(c) <= after.mean_square(c) for c in step.trial.stage.channels)
 

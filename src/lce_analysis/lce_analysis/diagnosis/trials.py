@@ -19,6 +19,8 @@ from lce_analysis.options import DiagnoseOptions
 from lce_data.progress import Progress
 from lce_model.effects import Effect
 
+FIRST_STEPS: Final = 20
+"""Steps after which it is seen which trials lead."""
 DISAPPOINTING: Final = 0.5
 """A refit that gains less than this share of what was predicted may have left the way to a better minimum."""
 
@@ -101,20 +103,30 @@ class Trials:
 
     def _promising(self, stage: StageProblem, scores: Sequence[Score]) -> Sequence[Score]:
         """The few that promise most, of those that promise a fair part of what would be worth having."""
-        least = self.options.promise * self.options.worth_noise * min(samples(stage.fit.problem.observed).values())
-        return [s for s in scores if s.predicted_gain > least][: self.options.refitted]
+        gain = self.options.promise * self.options.worth_noise * min(samples(stage.fit.problem.observed).values())
+        share = self.options.promise * self.options.worth_share
+        fair = [s for s in scores if s.predicted_gain > gain and s.predicted_reduction > share]
+        return fair[: self.options.refitted]
 
     def _refitted(self, stage: StageProblem, tested: ScoreTestResult, scores: Sequence[Score]) -> list[Trial]:
+        """Effects refitted for a few steps, each from its best start; those that lead, to the end."""
         starts = [first_step(stage, s, tested.plain.solve) for s in scores]
-        trials = self._from(stage, scores, starts)
+        trials = self._from(stage, scores, starts, FIRST_STEPS)
         poor = [t.score for t in trials if t.gain < DISAPPOINTING * t.score.predicted_gain]
-        again = {t.effect.name: t for t in self._from(stage, poor, [effect_alone(stage, s) for s in poor])}
-        return [max(t, again.get(t.effect.name, t), key=lambda trial: trial.gain) for t in trials]
+        again = self._from(stage, poor, [effect_alone(stage, s) for s in poor], FIRST_STEPS)
+        best = {t.effect.name: t for t in sorted([*trials, *again], key=lambda trial: trial.gain)}
+        leading = sorted(best.values(), key=self._lost)[: self.options.contenders]
+        to_the_end = self._from(
+            stage, [t.score for t in leading], [t.fit.problem for t in leading], self.options.iterations
+        )
+        return list((best | {t.effect.name: t for t in to_the_end}).values())
 
-    def _from(self, stage: StageProblem, scores: Sequence[Score], starts: Sequence[Problem]) -> list[Trial]:
+    def _from(
+        self, stage: StageProblem, scores: Sequence[Score], starts: Sequence[Problem], iterations: int
+    ) -> list[Trial]:
         """Effects refitted, each from its start."""
         tasks = [
-            partial(refit, with_effect(start, s.effect), f"with {s.effect.name}", iterations=self.options.iterations)
+            partial(refit, with_effect(start, s.effect), f"with {s.effect.name}", iterations=iterations)
             for start, s in zip(starts, scores, strict=True)
         ]
         fits = each(tasks, "refits", self.progress)

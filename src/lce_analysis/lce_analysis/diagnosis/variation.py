@@ -79,14 +79,14 @@ def variation_trial(
 
 
 def _promising(stage: StageProblem, options: DiagnoseOptions) -> list[tuple[str, float]]:
-    """The few parameters that promise most, and what; each has to promise what would be worth having."""
+    """The few parameters that promise most, and what; each has to promise a fair share of what is above the noise."""
     problem = stage.fit.problem
     keys = may_vary(problem)
     if len(problem.inputs) < 2 or not (problem.varying or _explain_together(stage, keys, options)):
         return []
     counts = samples(problem.observed).values()
     beyond_noise = stage.fit.error - NOISE * sum(counts)
-    least = max(options.promise * options.worth_noise * min(counts), options.worth_share * beyond_noise)
+    least = max(options.promise * options.worth_noise * min(counts), options.far * beyond_noise)
     promised = {key: gain_by_run(problem, stage.fit.jacobian, stage.fit.residual, key)[0] for key in keys}
     ranked = sorted(promised.items(), key=lambda item: -item[1])
     return [(key, gain) for key, gain in ranked if gain > least][:REFITTED]

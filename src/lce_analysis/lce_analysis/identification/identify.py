@@ -156,10 +156,15 @@ class _Search:
     def __init__(
         self, model: Model, inputs: Sequence[SimulationInput], options: FitOptions, progress: Progress
     ) -> None:
-        self.model, self.inputs, self.options, self.progress = model, inputs, options, progress
+        self.model, self.options, self.progress = model, options, progress
+        self._lay_out(inputs)
         self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._at_rest_k(i) for i in inputs])
         self.evaluations = 0
         self.interrupted = False
+
+    def _lay_out(self, inputs: Sequence[SimulationInput]) -> None:
+        """Search on these, with the noise of their sensors."""
+        self.inputs, self.noise = inputs, sensor_noise([i.run for i in inputs], SENSORS)
 
     def _at_rest_k(self, run_input: SimulationInput) -> float:
         if self.model.thermal == "none":
@@ -179,7 +184,7 @@ class _Search:
 
     def _noise(self, channels: Collection[Channel]) -> dict[Channel, float]:
         """RMS noise of those channels that were measured."""
-        return sensor_noise([i.run for i in self.inputs], channels)
+        return {channel: x for channel, x in self.noise.items() if channel in channels}
 
     def _polish(self, problem: Problem, label: str, tolerance: float = TOLERANCE) -> tuple[Problem, Optimum]:
         found, optimum = settle(problem, label, self.progress, 100, tolerance)
@@ -393,7 +398,7 @@ class _Search:
 
     def _misfit(self, problem: Problem) -> dict[Channel, float]:
         """RMS residual of each channel of a problem, at least its noise."""
-        noise, first = self._noise(SENSORS), problem.first()
+        noise, first = self.noise, problem.first()
         channels = dict.fromkeys(series.channel for series in problem.observed)
         return {channel: max(problem.series_rms(first, channel), noise[channel]) for channel in channels}
 
@@ -401,7 +406,7 @@ class _Search:
         self, inputs: Sequence[SimulationInput], thermal: Problem | None, deformation: Problem | None
     ) -> tuple[Problem | None, Problem | None]:
         """The stages of a search on a coarser grid, on every sample; where there is only the heat, fitted to them."""
-        self.inputs = inputs
+        self._lay_out(inputs)
         if thermal is not None:
             observed = observed_series(inputs, self._noise([TEMPERATURE]))
             thermal = replace(thermal, model=self.model, inputs=inputs, observed=observed)
@@ -420,7 +425,8 @@ class _Search:
 
     def result(self) -> FitResult:
         every = self.inputs
-        self.inputs = [coarse(i) if is_long(i) else i for i in every]
+        if any(is_long(i) for i in every):
+            self._lay_out([coarse(i) if is_long(i) else i for i in every])
         thermal = self.thermal()
         deformation = None if self.interrupted else self.deformation()
         if any(is_long(i) for i in every) and not self.interrupted:
