@@ -13,7 +13,7 @@ from lce_analysis.diagnosis.misfit import Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Estimate, Strengths
-from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, objection, penalty, with_effect
+from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, goes_far, objection, penalty, with_effect
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import Sampling
@@ -201,3 +201,15 @@ def test_a_second_start_has_the_strength_that_is_expected_and_all_else_as_it_was
     assert there[CREEP.strength_key] == SCORE.expected_strength
     assert there["creep.tau_v"] == 8.0
     assert there.set({key: before[key] for key in (CREEP.strength_key, "creep.tau_v")}) == before
+
+
+@pytest.mark.parametrize(
+    ("promised", "left", "far"),
+    [(0.1, 4.6, False), (0.3, 4.6, True), (0.1, 3.8, True)],
+    ids=["neither", "promises a quarter", "takes a quarter"],
+)
+def test_an_effect_goes_far_if_it_takes_or_promises_a_quarter_of_what_is_above_the_noise(
+    promised: float, left: float, far: bool
+) -> None:
+    trial = Trial(STAGE, replace(SCORE, predicted_reduction=promised), _fit(left), gain=1.0)
+    assert goes_far(trial, OPTIONS) is far

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model is a tuple of terms: each bound by name, in order, compiled together and cached."""
 
+import copy
 import math
 import os
 import subprocess
@@ -12,6 +13,7 @@ import pytest
 
 from lce_data.channels import named_input
 from lce_data.errors import LceError
+from lce_model import default_model
 from lce_model.kernel.compose import SIGNAL_INDEX, compile_terms
 from lce_model.kernel.generate import RECORDED
 from lce_model.library import THERMAL, terms
@@ -121,3 +123,12 @@ def test_a_second_process_loads_what_the_first_compiled(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert [h.strip() for h in hits] == ["0", "3"]
+
+
+def test_a_model_looks_its_kernel_up_once_and_leaves_it_behind_in_a_copy_for_another_process() -> None:
+    model = default_model("lumped", "none")
+    assert model.kernel is model.kernel
+    there = copy.copy(model)  # by the same protocol as a pickle
+    assert "kernel" not in vars(there)
+    assert there == model
+    assert there.kernel is model.kernel

@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import NOISE, JudgedRuns, Misfit, reduction, reduction_of, share_removed
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, reduction, reduction_of, share_removed
 from lce_analysis.diagnosis.stage_problem import (
     Data,
     StagedFit,
@@ -22,7 +22,7 @@ from lce_analysis.diagnosis.stage_problem import (
     refit_stages,
     with_candidates,
 )
-from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, on_data_left_out, rises
+from lce_analysis.diagnosis.trial import Objection, Trial, gets_worse, goes_far, on_data_left_out, rises
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_analysis.identification.identify import check_runs
@@ -192,7 +192,7 @@ class Search:
     def _far_reaching(self, heat: bool) -> list[Trial]:
         """Trials of one part of the model, judged; none if no effect goes far."""
         trials = self.trials.judged(self._tried(heat))
-        if any(self._goes_far(trial) for trial in trials):
+        if any(goes_far(trial, self.options) for trial in trials):
             return trials
         for trial in (t for t in trials if not t.objection):
             self.trials.reject(trial, "part")
@@ -211,18 +211,6 @@ class Search:
         if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
         return self._variation_step(variation)
-
-    def _goes_far(self, trial: Trial) -> bool:
-        """Does an effect take, or promise, a fair share of what is above the noise of a sensor?
-
-        The last effect of a part of the model has to take most of it. It would promise a fair share of that already,
-        whatever else is missing beside it; so where no effect does, none of those that are left can be the last.
-        """
-        before, after = trial.stage.fit.mean_squares, trial.fit.mean_squares
-        shares = [
-            reduction_of({c: x}, {c: after[c]}) for c, x in before.items() if x > NOISE + self.options.worth_noise
-        ]
-        return max([trial.predicted_reduction, *shares]) >= self.options.far
 
     def _explains_all(self, fit: StagedFit, heat: bool) -> bool:
         """Does the model leave the sensors of a part within what counts as explained?"""

@@ -113,6 +113,18 @@ def effect_alone(stage: StageProblem, score: Score) -> Problem:
     return replace(base, model=base.model.set(settings))
 
 
+def goes_far(trial: Trial, options: DiagnoseOptions) -> bool:
+    """Does the effect take, or promise, a fair share of what is above the noise of a sensor?
+
+    The last effect of a part of the model has to take most of that. It promises a fair share already while others are
+    missing beside it; so where no effect does, none of them can be the last.
+    """
+    before, after = trial.stage.fit.mean_squares, trial.fit.mean_squares
+    beyond = [channel for channel, x in before.items() if x > NOISE + options.worth_noise]
+    shares = [reduction_of({c: before[c]}, {c: after[c]}) for c in beyond]
+    return max([trial.predicted_reduction, *shares]) >= options.far
+
+
 def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection:
     """What speaks against the effect, the plainest first."""
     spec = trial.effect.parameter(trial.effect.strength)
