@@ -8,6 +8,7 @@ from typing import Any, Final
 import pytest
 import yaml
 
+from lce_analysis.diagnosis.trials import FIRST_STEPS
 from lce_analysis.options import DiagnoseOptions, DiscoverOptions
 from lce_model.closures.forms import KNOTS
 from lce_report.html.arrays import BUCKETS
@@ -28,8 +29,10 @@ def ms(seconds: float) -> str:
 
 
 CLAIMS = [
-    (diagnosis, f"The {WORDS[DIAGNOSE.refitted]} that promise most are refitted"),
-    (diagnosis, f"The best {WORDS[DIAGNOSE.contenders]} are judged on data left out"),
+    (diagnosis, f"The {WORDS[DIAGNOSE.refitted]} that promise most are refitted for {FIRST_STEPS} steps"),
+    (diagnosis, f"The best {WORDS[DIAGNOSE.contenders]} are refitted to the end and judged on data left out"),
+    (diagnosis, f"takes or promises {100 * DIAGNOSE.far:.0f} % of what is above the noise of a sensor"),
+    (diagnosis, f"each of them for at least {100 * DIAGNOSE.far:.0f} % of what is above the noise"),
     (diagnosis, f"of its stage by more than {100 * DIAGNOSE.worse:.0f} %"),
     (diagnosis, f"mean square by {DIAGNOSE.worth_noise:g} and by {100 * DIAGNOSE.worth_share:.0f} % of what is above"),
     (diagnosis, f"more than {DIAGNOSE.explained:g} × its noise"),

@@ -145,13 +145,14 @@ class Search:
     def _forward(self, heat: bool) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.accepted)
-        trials = self._far_reaching(heat)
+        effects_left = True
         while len(self.steps) < self.options.max_effects:
+            trials = self._far_reaching(heat) if effects_left else []
+            effects_left = bool(trials)
             found = self._next(trials, heat)
             if found is None:
                 break
             self._accept(found)
-            trials = self._far_reaching(heat) if trials else []
         self._prune(began)
         self._drop_what_explains_a_part(began)
         if self._since(began, VariationStep) and not self._differences_explain(began):
