@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import lce_analysis as lce
-from lce_analysis.diagnosis.other_base import better_base
+from lce_analysis.diagnosis.other_base import OtherBases
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
@@ -38,7 +38,7 @@ def searched(model: Model, runs: list[Run]) -> Search:
 def test_the_base_model_that_explains_the_runs_is_found() -> None:
     runs = recorded(lce.default_model("lumped", "equilibrium"))
     fitted = lce.fit(lce.default_model("lumped", "kinetic"), runs[:2]).model
-    found = better_base(searched(fitted, runs))
+    found = OtherBases(searched(fitted, runs)).better()
     assert found is not None and found.deformation == "equilibrium" and found.runs == ("c",) and found.added == []
     assert found.other.rms[DISPLACEMENT] < 1.2 < found.present.rms[DISPLACEMENT]
 
@@ -57,8 +57,29 @@ def test_what_is_missing_beside_the_other_base_model_is_found_too() -> None:
     assert named.startswith("Beside equilibrium, backlash is missing: ") and "; confirmed on c: T " in named
 
 
+def test_another_base_model_explains_what_the_best_trial_of_a_wrong_one_leaves() -> None:
+    strip = lce.default_model("lumped", "equilibrium", ("backlash",)).set({"backlash.width": 60e-6})
+    wrong = Search(
+        lce.default_model("lumped", "dynamic"), recorded(strip)[:2], (), [find("backlash")], DiagnoseOptions(), silent
+    )
+    assert wrong.present.mean_squares[DISPLACEMENT] > 4.0
+    assert OtherBases(wrong).explain(wrong.present.model)
+    assert not OtherBases(wrong).explain(strip)
+
+
+def test_a_search_ends_where_its_best_trial_is_explained_elsewhere() -> None:
+    plain = lce.default_model("lumped", "equilibrium")
+    runs = recorded(plain.add("backlash").set({"backlash.width": 60e-6}))
+    search = Search(lce.fit(plain, runs[:2]).model, runs[:2], runs[2:], [find("backlash")], DiagnoseOptions(), silent)
+    asked: list[Model] = []
+    search.run(lambda model: not asked.append(model))
+    (model,) = asked
+    assert model["backlash.width"] == pytest.approx(60e-6, rel=0.1)
+    assert search.steps == [] and search.trials.tried["backlash"].objection == "base"
+
+
 def test_no_other_base_model_is_tried_beside_one_that_explains_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = recorded(lce.default_model("lumped", "equilibrium"))
     fitted = lce.fit(lce.default_model("lumped", "equilibrium"), runs[:2]).model
     monkeypatch.setattr("lce_analysis.diagnosis.other_base.identify", lambda *_: pytest.fail("identified"))
-    assert better_base(searched(fitted, runs)) is None
+    assert OtherBases(searched(fitted, runs)).better() is None

@@ -13,7 +13,7 @@ from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.disturbed import signatures_left
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
-from lce_analysis.diagnosis.other_base import OtherBase, better_base
+from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import Part, StagedFit
@@ -255,8 +255,9 @@ def diagnose(
     not_examined = {e.name: why for e in missing if (why := _not_examined(e, runs, test_runs))}
     missing = [e for e in missing if e.name not in not_examined]
     search = Search(model, runs, test_runs, missing, options, watched(progress, cancel))
-    search.run()
-    other_base = compared_bases(search)
+    bases = OtherBases(search)
+    search.run(bases.explain)
+    other_base = compared_bases(search, bases)
     signatures = signatures_left(search)
     rest, fingerprint = left_over(search.present, signatures, options)
     models = columns(search, model)
@@ -296,9 +297,9 @@ def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run])
     return EVENT if effect.in_durations and len(runs) > 1 else lacks(effect, [*runs, *test_runs])
 
 
-def compared_bases(search: Search) -> OtherBase | None:
+def compared_bases(search: Search, bases: OtherBases) -> OtherBase | None:
     """A base model that does better; then the effects of the deformation beside the present one are taken back."""
-    found = better_base(search)
+    found = bases.better()
     for step in reversed(search.steps) if found is not None else ():
         if not acts_on_temperature(step.trial.effect):
             search.take_back(step, "base")

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final
 
 from lce_analysis.diagnosis.accepted import Step
@@ -27,6 +28,8 @@ from lce_model.effects import find
 
 BASES: Final = ("equilibrium", "dynamic", "kinetic")
 """The physical deformation models."""
+SLOW: Final = "dynamic"
+"""The one whose identification takes a search for the global minimum."""
 QUICK: Final = FitOptions(random_guesses=400, starts=4)
 """Of a fit that is to compare models, not to publish one."""
 
@@ -72,31 +75,63 @@ class OtherBase:
         }
 
 
-def better_base(search: Search) -> OtherBase | None:
-    """The best of the other base models; None if the displacement is explained, or none does clearly better."""
-    options, present = search.options, search.present
-    enough = options.compared_from**2
-    if present.mean_squares.get(DISPLACEMENT, 0.0) <= enough or present.drive == "measured":
-        return None
-    own = _before_deformation(search).model
-    others = [model for name in BASES if (model := _identified(name, search)) is not None]
-    errors = [_errors(search, own, model) for model in others]
-    left = [error.judged_after.mean_square(DISPLACEMENT) for error in errors]
-    if not others:
-        return None
-    k = left.index(min(left))
-    best, steps = others[k], list[Step]()
-    if left[k] > options.other_begins * errors[k].judged_before.mean_square(DISPLACEMENT):
-        return None
-    if left[k] > enough:
-        found = _searched(best, search)
-        best, steps = found.present.model, found.steps
-    pair = _errors(search, present.model, best)
-    before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
-    if after >= options.other_base * before:
-        return None
-    names = tuple(run.name for run in _judged(search).runs)
-    return OtherBase(best, tuple(steps), tuple(_names(present.model)), pair.before, pair.after, names)
+class OtherBases:
+    """The other base models beside one search, identified and searched when they are first asked for."""
+
+    def __init__(self, search: Search) -> None:
+        self._search = search
+
+    def explain(self, model: Model) -> bool:
+        """Does the best of them explain the displacement, where the best trial of the search leaves much of it?
+
+        It has to leave less than the trial without any effect already. This is only asked of the dynamic model: to
+        identify that one from scratch beside every effect takes longer than all that is done here.
+        """
+        search, options = self._search, self._search.options
+        if model.deformation != SLOW or search.present.drive == "measured":
+            return False
+        left = search.misfit(model, "model").mean_square(DISPLACEMENT)
+        if left <= options.near**2 or self._best is None:
+            return False
+        begins = _errors(search, model, self._best)
+        if begins.judged_after.mean_square(DISPLACEMENT) >= begins.judged_before.mean_square(DISPLACEMENT):
+            return False
+        ends = _errors(search, model, self._found[0])
+        return ends.judged_after.mean_square(DISPLACEMENT) <= options.explained**2
+
+    def better(self) -> OtherBase | None:
+        """The best of them; None if the displacement is explained, or none does clearly better."""
+        search, options = self._search, self._search.options
+        present, enough = search.present, options.compared_from**2
+        if present.mean_squares.get(DISPLACEMENT, 0.0) <= enough or present.drive == "measured" or self._best is None:
+            return None
+        begins = _errors(search, _before_deformation(search).model, self._best)
+        left = begins.judged_after.mean_square(DISPLACEMENT)
+        if left > options.other_begins * begins.judged_before.mean_square(DISPLACEMENT):
+            return None
+        model, steps = self._found if left > enough else (self._best, ())
+        pair = _errors(search, present.model, model)
+        before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
+        if after >= options.other_base * before:
+            return None
+        names = tuple(run.name for run in _judged(search).runs)
+        return OtherBase(model, steps, tuple(_names(present.model)), pair.before, pair.after, names)
+
+    @cached_property
+    def _best(self) -> Model | None:
+        """The one that leaves least of the displacement, without effects of the deformation."""
+        search = self._search
+        others = [model for name in BASES if (model := _identified(name, search)) is not None]
+        errors = [_errors(search, search.present.model, model) for model in others]
+        left = [error.judged_after.mean_square(DISPLACEMENT) for error in errors]
+        return others[left.index(min(left))] if others else None
+
+    @cached_property
+    def _found(self) -> tuple[Model, tuple[Step, ...]]:
+        """The same, searched for what it lacks."""
+        assert self._best is not None
+        found = _searched(self._best, self._search)
+        return found.present.model, tuple(found.steps)
 
 
 def _before_deformation(search: Search) -> StagedFit:

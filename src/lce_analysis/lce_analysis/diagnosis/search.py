@@ -91,11 +91,14 @@ class Search:
         """The parameters found to differ from run to run."""
         return [a for a in self.accepted if isinstance(a, VariationStep)]
 
-    def run(self) -> None:
-        """Search the heat, then the deformation, then look back."""
+    def run(self, elsewhere: Callable[[Model], bool] = lambda _: False) -> None:
+        """Search the heat, then the deformation, then look back.
+
+        elsewhere : does another base model explain what the best trial of the deformation leaves? Then its search ends.
+        """
         self._forward(heat=True)
         self._begin_deformation()
-        self._forward(heat=False)
+        self._forward(heat=False, elsewhere=elsewhere)
         self._backward()
         self._finish()
         while self.steps and not _helped(self.steps[-1], self.options):
@@ -142,13 +145,17 @@ class Search:
         """The model with all candidates at their null values, where they change nothing: it is compiled already."""
         return with_candidates(model, self.candidates)
 
-    def _forward(self, heat: bool) -> None:
+    def _forward(self, heat: bool, elsewhere: Callable[[Model], bool] = lambda _: False) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.accepted)
         effects_left = True
         while len(self.steps) < self.options.max_effects:
             trials = self._far_reaching(heat) if effects_left else []
             effects_left = bool(trials)
+            if elsewhere(self._best_of(trials)):
+                for trial in (t for t in trials if not t.objection):
+                    self.trials.reject(trial, "base")
+                break
             found = self._next(trials, heat)
             if found is None:
                 break
@@ -198,6 +205,15 @@ class Search:
         for trial in (t for t in trials if not t.objection):
             self.trials.reject(trial, "part")
         return []
+
+    def _best_of(self, trials: Sequence[Trial]) -> Model:
+        """The model of the best trial that nothing speaks against; the present one without any."""
+        best = next((t for t in trials if not t.objection), None)
+        return self.present.model if best is None else self._with(best)
+
+    def _with(self, trial: Trial) -> Model:
+        """The present model with the effect of a trial, and the values that the trial found."""
+        return carried(self.present.model.add(trial.effect), trial.fit.problem.model)
 
     def _next(self, trials: Sequence[Trial], heat: bool) -> Accepted | None:
         """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error.
@@ -368,8 +384,7 @@ class Search:
         return self.misfit(self.given, "model")
 
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
-        found = trial.fit.problem.model
-        after = self._refitted(carried(self.present.model.add(trial.effect), found))
+        after = self._refitted(self._with(trial))
         if trial.stage.part != "heat" and after.worst_behind_heat > self.options.near:
             after, trial = self._searched_anew(after, trial)
         train, held_out = self._between(self.present, after, trial.held_out, after.drive)
