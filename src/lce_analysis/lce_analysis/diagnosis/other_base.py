@@ -3,7 +3,7 @@
 
 Effects can mend a base model that has the wrong form, and are named for what is not there. So where the displacement
 is left above its noise, the other physical base models are identified from the same runs, without effects of the
-deformation. The best of them is searched for effects too, and what it leaves in the end is judged on the same data.
+deformation. The best of them are searched for effects too, and what one leaves in the end is judged on the same data.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from operator import itemgetter
 from typing import Any, Final
 
 from lce_analysis.diagnosis.accepted import Step
@@ -20,14 +21,14 @@ from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StagedFit, carried
 from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.stages import acts_on_temperature
-from lce_analysis.options import FitOptions
+from lce_analysis.options import DiagnoseOptions, FitOptions
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
 from lce_model import Model, default_model
 from lce_model.effects import find
 
-BASES: Final = ("equilibrium", "dynamic", "kinetic")
-"""The physical deformation models."""
+BASES: Final = ("equilibrium", "kinetic", "dynamic")
+"""The physical deformation models, the quickest first."""
 SLOW: Final = "dynamic"
 """The one whose identification takes a search for the global minimum."""
 QUICK: Final = FitOptions(random_guesses=400, starts=4)
@@ -82,55 +83,74 @@ class OtherBases:
         self._search = search
 
     def explain(self, model: Model) -> bool:
-        """Does the best of them explain the displacement, where the best trial of the search leaves much of it?
+        """Does the best of them explain the displacement, where the best trial of the search does not?
 
-        It has to leave less than the trial without any effect already. This is only asked of the dynamic model: to
-        identify that one from scratch beside every effect takes longer than all that is done here.
+        This is only asked of the dynamic model: to identify that one from scratch beside every effect takes longer than
+        all that is done here.
         """
         search, options = self._search, self._search.options
         if model.deformation != SLOW or search.present.drive == "measured":
             return False
-        left = search.misfit(model, "model").mean_square(DISPLACEMENT)
-        if left <= options.near**2 or self._best is None:
+        away = search.data.judged.away_from_jumps(search.whole(model), "model")
+        if away.mean_square(DISPLACEMENT) <= options.explained**2 or not self._begin_well:
             return False
-        begins = _errors(search, model, self._best)
-        if begins.judged_after.mean_square(DISPLACEMENT) >= begins.judged_before.mean_square(DISPLACEMENT):
-            return False
-        ends = _errors(search, model, self._found[0])
-        return ends.judged_after.mean_square(DISPLACEMENT) <= options.explained**2
+        pair = _errors(search, model, self._found[0])
+        explained = pair.judged_after.mean_square(DISPLACEMENT) <= options.explained**2
+        return explained and _leaves_less(pair, options)
 
     def better(self) -> OtherBase | None:
         """The best of them; None if the displacement is explained, or none does clearly better."""
         search, options = self._search, self._search.options
-        present, enough = search.present, options.compared_from**2
-        if present.mean_squares.get(DISPLACEMENT, 0.0) <= enough or present.drive == "measured" or self._best is None:
+        present = search.present
+        explained = present.mean_squares.get(DISPLACEMENT, 0.0) <= options.compared_from**2
+        if explained or present.drive == "measured" or not self._begin_well:
             return None
-        begins = _errors(search, _before_deformation(search).model, self._best)
-        left = begins.judged_after.mean_square(DISPLACEMENT)
-        if left > options.other_begins * begins.judged_before.mean_square(DISPLACEMENT):
-            return None
-        model, steps = self._found if left > enough else (self._best, ())
+        model, steps = self._found
         pair = _errors(search, present.model, model)
-        before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
-        if after >= options.other_base * before:
+        if not _leaves_less(pair, options):
             return None
         names = tuple(run.name for run in _judged(search).runs)
         return OtherBase(model, steps, tuple(_names(present.model)), pair.before, pair.after, names)
 
     @cached_property
-    def _best(self) -> Model | None:
-        """The one that leaves least of the displacement, without effects of the deformation."""
+    def _begin_well(self) -> list[Model]:
+        """Those worth a search, without effects of the deformation: the one that leaves least, and what comes close.
+
+        What is missing may look like the wrong form. The slow one is searched only if it leaves least.
+        """
         search = self._search
+        own = _before_deformation(search).model
         others = [model for name in BASES if (model := _identified(name, search)) is not None]
-        errors = [_errors(search, search.present.model, model) for model in others]
+        errors = [_errors(search, own, model) for model in others]
         left = [error.judged_after.mean_square(DISPLACEMENT) for error in errors]
-        return others[left.index(min(left))] if others else None
+        least = min(left, default=0.0)
+        found = []
+        for other, error, x in zip(others, errors, left, strict=True):
+            limits = least, error.judged_before.mean_square(DISPLACEMENT)
+            if x <= search.options.other_begins * min(limits) and (x == least or other.deformation != SLOW):
+                found.append(other)
+        return found
 
     @cached_property
     def _found(self) -> tuple[Model, tuple[Step, ...]]:
-        """The same, searched for what it lacks."""
-        assert self._best is not None
-        found = _searched(self._best, self._search)
+        """The one that leaves least with what it lacks, and the steps that found that; the first that explains all."""
+        search = self._search
+        found: list[tuple[float, Model, tuple[Step, ...]]] = []
+        for begun in self._begin_well:
+            model, steps = self._searched(begun)
+            left = _errors(search, search.present.model, model).judged_after.mean_square(DISPLACEMENT)
+            found.append((left, model, steps))
+            if left <= search.options.explained**2:
+                break
+        _, model, steps = min(found, key=itemgetter(0))
+        return model, steps
+
+    def _searched(self, model: Model) -> tuple[Model, tuple[Step, ...]]:
+        """A base model with what it lacks, and the steps that found that."""
+        left = _errors(self._search, self._search.present.model, model).judged_after.mean_square(DISPLACEMENT)
+        if left <= self._search.options.compared_from**2:
+            return model, ()
+        found = _searched(model, self._search)
         return found.present.model, tuple(found.steps)
 
 
@@ -178,6 +198,12 @@ def _errors(search: Search, first: Model, second: Model) -> Pair:
     """Errors of the displacement of two models."""
     models = search.whole(first), search.whole(second)
     return _judged(search).pair(*models, search.present.drive, [DISPLACEMENT])
+
+
+def _leaves_less(pair: Pair, options: DiagnoseOptions) -> bool:
+    """Does the second model leave clearly less above the noise?"""
+    before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
+    return after < options.other_base * before
 
 
 def _names(model: Model) -> Iterator[str]:
