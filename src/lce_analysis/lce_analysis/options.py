@@ -28,9 +28,10 @@ class FitOptions:
     same_minimum : two populations that end within this share of each other's error have found the same minimum,
         and are enough.
     refined : members of each population that are refined by least squares.
-    reweighted : rounds of the joint fit, each with the misfit of the last as weights.
+    reweighted : rounds of the joint fit, each with the misfit of the last as weights; with 0 the stages are identified
+        one after the other only.
     same_weights : the rounds end when no weight changes by this share or more.
-    negligible : the joint fit ends at a step that changes the sum of squares, in units of the misfit, by less:
+    negligible : the last fit ends at a step that changes the sum of squares, in units of the misfit, by less:
         a fifth of a standard error.
     noise_level : RMS residual in units of the noise at which a search is over.
     moved : under constant power a series shows a step if it drifts by more than so many times its noise.
@@ -73,8 +74,8 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         _check_drive(self.drive)
-        _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "reweighted", "profile_points")
-        _check_at_least(self, 0, "seed")
+        _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "profile_points")
+        _check_at_least(self, 0, "seed", "reweighted")
         _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "bootstrap_block")
         _check_at_least(self, 0.0, "same_minimum", "same_weights")
         _check_share(self, "strong_correlation", "differing")

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from lce_analysis.diagnosis.accepted import Step
 from lce_analysis.diagnosis.disturbed import signatures_left
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair, share_removed
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StagedFit, carried
 from lce_analysis.identification.identify import fit as identify
@@ -31,8 +31,8 @@ BASES: Final = ("equilibrium", "kinetic", "dynamic")
 """The physical deformation models, the quickest first."""
 SLOW: Final = "dynamic"
 """The one whose identification takes a search for the global minimum."""
-QUICK: Final = FitOptions(random_guesses=400, starts=4)
-"""Of a fit that is to compare models, not to publish one."""
+QUICK: Final = FitOptions(random_guesses=400, starts=4, reweighted=0)
+"""Of a fit that is to compare models, not to publish one: they are refitted before they are judged."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +95,7 @@ class OtherBases:
         if away.mean_square(DISPLACEMENT) <= options.explained**2 or not self._begin_well:
             return False
         pair = _errors(search, model, self._found[0])
-        explained = pair.judged_after.mean_square(DISPLACEMENT) <= options.explained**2
-        return explained and _leaves_less(pair, options)
+        return _explains(pair, options) and _leaves_less(pair, options)
 
     def better(self) -> OtherBase | None:
         """The best of them; None if the displacement is explained, or none does clearly better."""
@@ -133,14 +132,15 @@ class OtherBases:
 
     @cached_property
     def _found(self) -> tuple[Model, tuple[Step, ...]]:
-        """The one that leaves least with what it lacks, and the steps that found that; the first that explains all."""
+        """The first that explains the displacement with what it lacks, or else the one that leaves least; its steps."""
         search = self._search
+        own = _before_deformation(search).model
         found: list[tuple[float, Model, tuple[Step, ...]]] = []
         for begun in self._begin_well:
             model, steps = self._searched(begun)
-            left = _errors(search, search.present.model, model).judged_after.mean_square(DISPLACEMENT)
-            found.append((left, model, steps))
-            if left <= search.options.explained**2:
+            pair = _errors(search, own, model)
+            found.append((pair.judged_after.mean_square(DISPLACEMENT), model, steps))
+            if _explains(pair, search.options):
                 break
         _, model, steps = min(found, key=itemgetter(0))
         return model, steps
@@ -198,6 +198,13 @@ def _errors(search: Search, first: Model, second: Model) -> Pair:
     """Errors of the displacement of two models."""
     models = search.whole(first), search.whole(second)
     return _judged(search).pair(*models, search.present.drive, [DISPLACEMENT])
+
+
+def _explains(pair: Pair, options: DiagnoseOptions) -> bool:
+    """Does the second model leave the displacement at its noise, or near it and hardly anything of the error before?"""
+    left = pair.judged_after.mean_square(DISPLACEMENT)
+    nearly_all = share_removed(pair.judged_before, pair.judged_after, DISPLACEMENT) >= options.nearly_all
+    return left <= options.explained**2 or (nearly_all and left <= options.near**2)
 
 
 def _leaves_less(pair: Pair, options: DiagnoseOptions) -> bool:

@@ -401,7 +401,8 @@ class Search:
     def _identified_anew(self, present: StagedFit) -> StagedFit | None:
         """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
         runs = [run_input.run for run_input in self.coarse.inputs]
-        found = identify(present.model, runs, FitOptions(drive=present.drive), self.progress)
+        # Stage by stage, as the model is refitted then: both at once take most of the time of an identification.
+        found = identify(present.model, runs, FitOptions(drive=present.drive, reweighted=0), self.progress)
         anew = self._refitted(found.model)
         return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
 

@@ -419,7 +419,8 @@ class _Search:
         """The deformation alone, on every sample: where only it is fitted, or the measured temperature drives it."""
         if self.interrupted:
             return deformation
-        found, _ = self._polish(deformation, f"{self.model.deformation} model, all samples")
+        tolerance = self.options.negligible / deformation.size
+        found, _ = self._polish(deformation, f"{self.model.deformation} model, all samples", tolerance)
         self._adopt_deformation(found)
         return replace(found, model=self.model)
 
@@ -431,7 +432,8 @@ class _Search:
         deformation = None if self.interrupted else self.deformation()
         if any(is_long(i) for i in every) and not self.interrupted:
             thermal, deformation = self._on_every_sample(every, thermal, deformation)
-        if thermal is not None and deformation is not None and self.options.drive == "model":
+        together = self.options.drive == "model" and self.options.reweighted > 0
+        if thermal is not None and deformation is not None and together:
             problem = self.joint(thermal, deformation)
         elif deformation is not None:
             problem = self.last_stage(deformation)
