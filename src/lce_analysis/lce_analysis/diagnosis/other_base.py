@@ -8,7 +8,7 @@ deformation. The best of them are searched for effects too, and what one leaves 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from operator import itemgetter
@@ -91,8 +91,8 @@ class OtherBases:
         search, options = self._search, self._search.options
         if model.deformation != SLOW or search.present.drive == "measured":
             return False
-        away = search.data.judged.away_from_jumps(search.whole(model), "model")
-        if away.mean_square(DISPLACEMENT) <= options.explained**2 or not self._begin_well:
+        own = _errors(search, _before_deformation(search).model, model)
+        if _explains(own, options) or not self._begin_well:
             return False
         pair = _errors(search, model, self._found[0])
         return _explains(pair, options) and _leaves_less(pair, options)
@@ -146,11 +146,20 @@ class OtherBases:
         return model, steps
 
     def _searched(self, model: Model) -> tuple[Model, tuple[Step, ...]]:
-        """A base model with what it lacks, and the steps that found that."""
-        left = _errors(self._search, self._search.present.model, model).judged_after.mean_square(DISPLACEMENT)
-        if left <= self._search.options.compared_from**2:
+        """A base model with what it lacks, and the steps that found that.
+
+        Where the present model explains the displacement, another one has to come near the noise with one effect.
+        """
+        search, options = self._search, self._search.options
+        if _errors(search, model, model).judged_after.mean_square(DISPLACEMENT) <= options.compared_from**2:
             return model, ()
-        found = _searched(model, self._search)
+        own = _before_deformation(search).model
+        near = _explains(_errors(search, own, search.present.model), options)
+
+        def hopeless(trial: Model) -> bool:
+            return near and _errors(search, own, trial).judged_after.mean_square(DISPLACEMENT) > options.near**2
+
+        found = _searched(model, search, hopeless)
         return found.present.model, tuple(found.steps)
 
 
@@ -177,13 +186,13 @@ def _identified(deformation: str, search: Search) -> Model | None:
     return found.model if found.model.predicts(DISPLACEMENT) else None
 
 
-def _searched(model: Model, search: Search) -> Search:
+def _searched(model: Model, search: Search, elsewhere: Callable[[Model], bool]) -> Search:
     """The same runs, searched for what another base model lacks; of the heat only where that is not explained."""
     heat = search.present.mean_squares.get(TEMPERATURE, 0.0) > search.options.explained**2
     own = [effect for effect in search.candidates if heat or not acts_on_temperature(effect)]
     left = [effect for effect in own if effect.reference not in model.effects]
     found = Search(model, search.data.judged.runs, search.tests.runs, left, search.options, search.progress)
-    found.run()
+    found.run(elsewhere)
     if found.steps:
         signatures_left(found)  # an effect that lives on a disturbance is taken back
     return found
