@@ -66,6 +66,16 @@ def test_a_joint_fit_ends_at_the_noise_and_finds_what_the_data_determine() -> No
     assert ratios & {s.removesuffix(" is determined") for s in found.identifiability.sentences}
 
 
+def test_without_rounds_of_the_joint_fit_each_stage_ends_at_the_noise_by_itself() -> None:
+    runs, labels = runs_of(default_model(), seed=3), set[str]()
+    found = fit(default_model(), runs, FitOptions(reweighted=0), lambda label, *_: labels.add(label))
+    assert {"temperature", "equilibrium model, all samples"} <= labels and "both stages" not in labels
+    for entry, run in zip(found.model.fit["runs"], runs, strict=True):
+        assert run.temperature is not None and run.displacement is not None
+        assert entry["temperature_nrmse"] == pytest.approx(0.06 / np.std(run.temperature.value), rel=0.06)
+        assert entry["displacement_nrmse"] == pytest.approx(4e-6 / np.std(run.displacement.value), rel=0.1)
+
+
 def test_the_same_seed_gives_the_same_model() -> None:
     """But for rounding, which was seen to change with where in memory the arrays lie."""
     runs = runs_of(default_model(), seed=2, count=1, duration_s=50.0)
