@@ -43,6 +43,13 @@ def test_the_base_model_that_explains_the_runs_is_found() -> None:
     assert found.other.rms[DISPLACEMENT] < 1.2 < found.present.rms[DISPLACEMENT]
 
 
+def test_without_a_displacement_in_the_runs_held_out_the_runs_themselves_judge() -> None:
+    *runs, held_out = recorded(lce.default_model("lumped", "equilibrium"))
+    fitted = lce.fit(lce.default_model("lumped", "kinetic"), runs).model
+    found = OtherBases(searched(fitted, [*runs, held_out.with_series(DISPLACEMENT, None)])).better()
+    assert found is not None and found.runs == ("a", "b")
+
+
 def test_what_is_missing_beside_the_other_base_model_is_found_too() -> None:
     runs = recorded(lce.default_model("lumped", "equilibrium", ("backlash",)).set({"backlash.width": 60e-6}))
     fitted = lce.fit(lce.default_model("lumped", "kinetic"), runs[:2]).model

@@ -89,7 +89,8 @@ class OtherBases:
         all that is done here.
         """
         search, options = self._search, self._search.options
-        if model.deformation != SLOW or search.present.drive == "measured":
+        measured = DISPLACEMENT in search.present.mean_squares
+        if model.deformation != SLOW or not measured or search.present.drive == "measured":
             return False
         own = _errors(search, _before_deformation(search).model, model)
         if _explains(own, options) or not self._begin_well:
@@ -118,17 +119,12 @@ class OtherBases:
         What is missing may look like the wrong form. The slow one is searched only if it leaves least.
         """
         search = self._search
-        own = _before_deformation(search).model
         others = [model for name in BASES if (model := _identified(name, search)) is not None]
-        errors = [_errors(search, own, model) for model in others]
-        left = [error.judged_after.mean_square(DISPLACEMENT) for error in errors]
+        left = [_left(search, model) for model in others]
         least = min(left, default=0.0)
-        found = []
-        for other, error, x in zip(others, errors, left, strict=True):
-            limits = least, error.judged_before.mean_square(DISPLACEMENT)
-            if x <= search.options.other_begins * min(limits) and (x == least or other.deformation != SLOW):
-                found.append(other)
-        return found
+        limit = search.options.other_begins * min(least, _left(search, _before_deformation(search).model))
+        close = [(other, x) for other, x in zip(others, left, strict=True) if x <= limit]
+        return [other for other, x in close if x == least or other.deformation != SLOW]
 
     @cached_property
     def _found(self) -> tuple[Model, tuple[Step, ...]]:
@@ -151,13 +147,13 @@ class OtherBases:
         Where the present model explains the displacement, another one has to come near the noise with one effect.
         """
         search, options = self._search, self._search.options
-        if _errors(search, model, model).judged_after.mean_square(DISPLACEMENT) <= options.compared_from**2:
+        if _left(search, model) <= options.compared_from**2:
             return model, ()
         own = _before_deformation(search).model
         near = _explains(_errors(search, own, search.present.model), options)
 
         def hopeless(trial: Model) -> bool:
-            return near and _errors(search, own, trial).judged_after.mean_square(DISPLACEMENT) > options.near**2
+            return near and _left(search, trial) > options.near**2
 
         found = _searched(model, search, hopeless)
         return found.present.model, tuple(found.steps)
@@ -199,14 +195,21 @@ def _searched(model: Model, search: Search, elsewhere: Callable[[Model], bool]) 
 
 
 def _judged(search: Search) -> JudgedRuns:
-    """The runs held out; without any, the runs themselves."""
-    return search.tests if search.tests.runs else search.data.judged
+    """The runs held out; without a displacement in any, the runs themselves."""
+    held_out = any(DISPLACEMENT in run.series for run in search.tests.runs)
+    return search.tests if held_out else search.data.judged
 
 
 def _errors(search: Search, first: Model, second: Model) -> Pair:
     """Errors of the displacement of two models."""
     models = search.whole(first), search.whole(second)
     return _judged(search).pair(*models, search.present.drive, [DISPLACEMENT])
+
+
+def _left(search: Search, model: Model) -> float:
+    """Mean squared error of the displacement in units of the noise, away from jumps."""
+    away = _judged(search).away_from_jumps(search.whole(model), search.present.drive)
+    return away.mean_square(DISPLACEMENT)
 
 
 def _explains(pair: Pair, options: DiagnoseOptions) -> bool:
