@@ -273,7 +273,7 @@ def test_kill_9_of_the_server_of_the_page_is_zero_power(graph: Graph, tmp_path: 
 
     def end() -> None:
         server.kill()
-        server.wait()
+        server.wait(timeout=1.0)
 
     try:
         light = Light(graph)

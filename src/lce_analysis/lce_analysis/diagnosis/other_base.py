@@ -182,13 +182,13 @@ def _identified(deformation: str, search: Search) -> Model | None:
     return found.model if found.model.predicts(DISPLACEMENT) else None
 
 
-def _searched(model: Model, search: Search, elsewhere: Callable[[Model], bool]) -> Search:
+def _searched(model: Model, search: Search, given_up: Callable[[Model], bool]) -> Search:
     """The same runs, searched for what another base model lacks; of the heat only where that is not explained."""
     heat = search.present.mean_squares.get(TEMPERATURE, 0.0) > search.options.explained**2
     own = [effect for effect in search.candidates if heat or not acts_on_temperature(effect)]
     left = [effect for effect in own if effect.reference not in model.effects]
     found = Search(model, search.data.judged.runs, search.tests.runs, left, search.options, search.progress)
-    found.run(elsewhere)
+    found.run(given_up)
     if found.steps:
         signatures_left(found)  # an effect that lives on a disturbance is taken back
     return found

@@ -91,14 +91,14 @@ class Search:
         """The parameters found to differ from run to run."""
         return [a for a in self.accepted if isinstance(a, VariationStep)]
 
-    def run(self, elsewhere: Callable[[Model], bool] = lambda _: False) -> None:
+    def run(self, given_up: Callable[[Model], bool] = lambda _: False) -> None:
         """Search the heat, then the deformation, then look back.
 
-        elsewhere : does another base model explain what the best trial of the deformation leaves? Then its search ends.
+        given_up : is the search to end at the best trial of the deformation, because another base model explains more?
         """
         self._forward(heat=True)
         self._begin_deformation()
-        self._forward(heat=False, elsewhere=elsewhere)
+        self._forward(heat=False, given_up=given_up)
         self._backward()
         self._finish()
         while self.steps and not _helped(self.steps[-1], self.options):
@@ -145,14 +145,14 @@ class Search:
         """The model with all candidates at their null values, where they change nothing: it is compiled already."""
         return with_candidates(model, self.candidates)
 
-    def _forward(self, heat: bool, elsewhere: Callable[[Model], bool] = lambda _: False) -> None:
+    def _forward(self, heat: bool, given_up: Callable[[Model], bool] = lambda _: False) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.accepted)
         effects_left = True
         while len(self.steps) < self.options.max_effects:
             trials = self._far_reaching(heat) if effects_left else []
             effects_left = bool(trials)
-            if elsewhere(self._best_of(trials)):
+            if given_up(self._best_of(trials)):
                 for trial in (t for t in trials if not t.objection):
                     self.trials.reject(trial, "base")
                 break
