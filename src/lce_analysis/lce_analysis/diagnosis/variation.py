@@ -7,7 +7,6 @@ Since no other run can say what a run's own value is, blocks within every run ar
 value that the rest of the run gives.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
@@ -21,9 +20,10 @@ from lce_analysis.diagnosis.linearized_fit import LinearizedFit, mean_squares, r
 from lce_analysis.diagnosis.misfit import NOISE, reduction_of
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out
+from lce_analysis.identification.by_run import ByRun, may_vary
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem, start_conditions
-from lce_analysis.identification.random_effects import gain_by_run, heterogeneity, may_vary, rest_by_run
+from lce_analysis.identification.random_effects import heterogeneity
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import AMBIENT_KEY, with_ambient_at_rest
 from lce_data.progress import Progress
@@ -81,24 +81,25 @@ def variation_trial(
 def _promising(stage: StageProblem, options: DiagnoseOptions) -> list[tuple[str, float]]:
     """The few parameters that promise most, and what; each has to promise a fair share of what is above the noise."""
     problem = stage.fit.problem
-    keys = may_vary(problem)
-    if len(problem.inputs) < 2 or not (problem.varying or _explain_together(stage, keys, options)):
+    if len(problem.inputs) < 2:
+        return []
+    by_run = ByRun(problem, stage.fit.jacobian, stage.fit.residual)
+    if not (problem.varying or _explain_together(stage, by_run, options)):
         return []
     counts = samples(problem.observed).values()
     beyond_noise = stage.fit.error - NOISE * sum(counts)
     least = max(options.promise * options.worth_noise * min(counts), options.far * beyond_noise)
-    promised = {key: gain_by_run(problem, stage.fit.jacobian, stage.fit.residual, key)[0] for key in keys}
+    promised = {key: by_run.gain(key)[0] for key in by_run.keys}
     ranked = sorted(promised.items(), key=lambda item: -item[1])
     return [(key, gain) for key, gain in ranked if gain > least][:REFITTED]
 
 
-def _explain_together(stage: StageProblem, keys: Sequence[str], options: DiagnoseOptions) -> bool:
+def _explain_together(stage: StageProblem, by_run: ByRun, options: DiagnoseOptions) -> bool:
     """Do all parameters, each with a value for each run, promise most of the error of a sensor?
 
     If not, what differs explains nothing, as the search would say in the end.
     """
-    fit = stage.fit
-    rest = rest_by_run(fit.problem, fit.jacobian, fit.residual, keys)
+    fit, rest = stage.fit, by_run.rest(by_run.keys)
     return any(
         fit.mean_squares[channel] - left >= options.most * max(fit.mean_squares[channel] - NOISE, 0.0)
         for channel, left in mean_squares(rest, fit.problem.observed).items()

@@ -6,8 +6,8 @@ The same promise begins the trials of :mod:`lce_analysis.diagnosis.variation`; h
 
 import numpy as np
 
+from lce_analysis.identification.by_run import ByRun
 from lce_analysis.identification.problem import Problem
-from lce_analysis.identification.random_effects import gain_by_run, may_vary
 from lce_analysis.options import FitOptions
 
 
@@ -21,7 +21,8 @@ def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str
     variables = problem.first()
     jacobian, residual = problem.jacobian(variables), problem.residuals(variables)
     total = float(residual @ residual)
-    promises = {key: gain_by_run(problem, jacobian, residual, key) for key in may_vary(problem)}
+    by_run = ByRun(problem, jacobian, residual)
+    promises = {key: by_run.gain(key) for key in by_run.keys}
     key = max(promises, key=lambda k: promises[k][0], default="")
     if not key or promises[key][0] < options.differing * total:
         return ()

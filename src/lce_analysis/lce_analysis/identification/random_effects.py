@@ -6,7 +6,6 @@ of expectation maximisation for the restricted likelihood (Laird and Ware 1982).
 little, this draws their values together.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -16,14 +15,11 @@ from numpy.typing import NDArray
 from lce_analysis.identification.least_squares import Optimum, levenberg_marquardt
 from lce_analysis.identification.problem import LOOSE, PARAMETER_STEP, Problem
 from lce_analysis.identification.uncertainty import calibrated
-from lce_data.channels import DISPLACEMENT
 from lce_data.progress import Progress
 from lce_model import RunValue
-from lce_model.effects import library
 
 Floats = NDArray[np.float64]
 
-ZERO_KEY: Final = "strip.zero"
 ROUNDS: Final = 3
 """Spreads that are tried at most."""
 SETTLED: Final = 1.3
@@ -101,56 +97,6 @@ def heterogeneity(problem: Problem, key: str) -> float:
     covariance = _covariance(calibrated(problem), variables, 1.0)[mine, mine]
     precision = np.linalg.pinv(centre @ covariance @ centre, rcond=1e-9, hermitian=True)
     return float(variables[mine] @ precision @ variables[mine])
-
-
-def may_vary(problem: Problem) -> tuple[str, ...]:
-    """Parameters of the base model that might differ from run to run and do not yet: the free ones, and the zero of d.
-
-    The zero is the one that every run may have set anew, so it is tried although one for all runs is not fitted.
-    """
-    values = [problem.model.values[i] for i in problem.free]
-    if ZERO_KEY in problem.model and any(series.channel is DISPLACEMENT for series in problem.observed):
-        values.append(problem.model.values[problem.model.index(ZERO_KEY)])
-    found = dict.fromkeys(v.key for v in values if v.term not in library())
-    return tuple(key for key in found if key not in problem.model.varies)
-
-
-def gain_by_run(problem: Problem, jacobian: Floats, residual: Floats, key: str) -> tuple[float, Floats]:
-    """What the squared residual (N,) would fall by with a value of the parameter ``key`` for each run.
-
-    All is taken as linear, the other variables re-estimated; ``jacobian`` (N, variables) and ``residual`` are those at
-    the least squares of the problem. The second are the changes (runs,) of the values, on the scale of the search and
-    up to a number that all share.
-    """
-    before, _ = _removed(jacobian, residual)
-    after, step = _removed(np.column_stack([jacobian, _apart(problem, jacobian, key)]), residual)
-    return max(0.0, float(before @ before - after @ after)), step[jacobian.shape[1] :]
-
-
-def rest_by_run(problem: Problem, jacobian: Floats, residual: Floats, keys: Sequence[str]) -> Floats:
-    """What would be left of the residual (N,) with a value for each run of all these parameters, in the same way."""
-    return _removed(np.column_stack([jacobian, *(_apart(problem, jacobian, key) for key in keys)]), residual)[0]
-
-
-def _apart(problem: Problem, jacobian: Floats, key: str) -> Floats:
-    """The column of a parameter, cut into one for each run (N, runs)."""
-    place = problem.model.index(key)
-    if place in problem.free:
-        column = jacobian[:, problem.free.index(place)]
-    else:
-        rows = np.repeat(problem.model.vector[None], 2, axis=0)
-        rows[1, place] += PARAMETER_STEP
-        response = problem.response(rows)
-        column = (response[1] - response[0]) / PARAMETER_STEP
-    run_of = np.concatenate([np.full(series.size, series.run) for series in problem.observed])
-    return np.where(run_of[:, None] == np.arange(len(problem.inputs)), column[:, None], 0.0)
-
-
-def _removed(columns: Floats, residual: Floats) -> tuple[Floats, Floats]:
-    """The residual that the best step along the columns leaves, and the step."""
-    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    step = -np.linalg.lstsq(columns / norm, residual, rcond=1e-6)[0] / norm
-    return residual + columns @ step, step
 
 
 def _covariance(problem: Problem, variables: Floats, variance: float) -> Floats:
