@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from lce_data.channels import Channel
 from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
+
+SLOW: Final = 3e-4
+"""Share of the squared error by which a few steps of a refit must lower it, or it ends: shares of 5 % are judged."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,7 @@ def refit(problem: Problem, label: str, progress: Progress, iterations: int, tol
 
 def optimum(problem: Problem, label: str, progress: Progress, iterations: int, tolerance: float = 1e-6) -> Problem:
     """The same, without its Jacobian."""
-    found, search = settle(problem, label, progress, iterations, tolerance)
+    found, search = settle(problem, label, progress, iterations, tolerance, SLOW)
     if search.interrupted:
         raise KeyboardInterrupt
     return found

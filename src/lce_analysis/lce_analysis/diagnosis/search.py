@@ -44,6 +44,8 @@ SURPRISE: Final = 1.5
 """A trial that gains so many times what was predicted may have left a poor minimum of the base."""
 SIMPLER: Final = 0.9
 """An effect that takes this share of what a value for each run takes is preferred: it is one number, not as many."""
+FINE: Final = 15
+"""Iterations of a refit on every sample, at most: it begins at the optimum of the coarser grid, close to its own."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
 
@@ -340,7 +342,10 @@ class Search:
     def _refitted(self, model: Model, every_sample: bool = False) -> StagedFit:
         """The model refitted stage by stage, beside it the candidates that it lacks; a search takes a coarser grid."""
         left = [e for e in self.candidates if e.reference not in model.effects]
-        return refit_stages(model, self.data if every_sample else self.coarse, left, self.options, self.progress)
+        if not every_sample:
+            return refit_stages(model, self.coarse, left, self.options, self.progress)
+        fewer = replace(self.options, iterations=min(self.options.iterations, FINE))
+        return refit_stages(model, self.data, left, fewer, self.progress)
 
     def _no_worse(self, given: Model, refitted: StagedFit) -> StagedFit:
         """The refit, or the model as given where no sensor has gained by it: the jumps may lie better there."""

@@ -24,6 +24,12 @@ FARTHEST: Final = 1e6
 POPULATION: Final = 10
 """Candidates per parameter."""
 FIRST_CANDIDATES: Final = 4000
+SLOW_STEPS: Final = 5
+"""Steps by which it is seen that a search hardly gets on."""
+
+
+class _HardlyGetsOn(Exception):
+    """Ends a search from within the optimiser."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +43,22 @@ class Optimum:
 
 
 def levenberg_marquardt(
-    problem: Problem, start: Floats, label: str, progress: Progress, iterations: int = 100, tolerance: float = TOLERANCE
+    problem: Problem,
+    start: Floats,
+    label: str,
+    progress: Progress,
+    iterations: int = 100,
+    tolerance: float = TOLERANCE,
+    slow: float = 0.0,
 ) -> Optimum:
     """MINPACK's Levenberg–Marquardt; a KeyboardInterrupt ends it with the best variables so far.
 
-    It ends where the squared error and the variables change by less than ``tolerance``, relatively.
+    It ends where the squared error and the variables change by less than ``tolerance``, relatively, and where
+    ``SLOW_STEPS`` steps together lower the squared error by less than its share ``slow``.
     """
     best = Optimum(start, float("inf"), 0, False)
     count = 0
+    reached: list[float] = []
     # MINPACK may try variables far out of the way; sin makes them valid again, the start temperatures stay physical.
     low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
     starts = len(problem.free) + problem.offsets
@@ -61,11 +75,17 @@ def levenberg_marquardt(
         progress(label, min(count, iterations), iterations, best.rms)
         return r
 
+    def jacobian(variables: Floats) -> Floats:
+        reached.append(best.rms**2)
+        if len(reached) > SLOW_STEPS and reached[-1 - SLOW_STEPS] - reached[-1] < slow * reached[-1]:
+            raise _HardlyGetsOn
+        return problem.penalized_jacobian(variables)
+
     try:
         least_squares(
             residuals,
             start,
-            jac=problem.penalized_jacobian,
+            jac=jacobian,
             method="lm",
             x_scale=1.0,
             ftol=tolerance,
@@ -73,6 +93,8 @@ def levenberg_marquardt(
             gtol=1e-12,
             max_nfev=iterations,
         )
+    except _HardlyGetsOn:
+        pass
     except KeyboardInterrupt:
         return Optimum(best.variables, best.rms, count, True)
     return Optimum(best.variables, best.rms, count, False)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.identification.least_squares import Optimum, levenberg_marquardt
+from lce_analysis.identification.least_squares import TOLERANCE, Optimum, levenberg_marquardt
 from lce_analysis.identification.problem import LOOSE, PARAMETER_STEP, Problem
 from lce_analysis.identification.uncertainty import calibrated
 from lce_data.progress import Progress
@@ -27,10 +27,18 @@ SETTLED: Final = 1.3
 
 
 def settle(
-    problem: Problem, label: str, progress: Progress, iterations: int = 100, tolerance: float = 1e-9
+    problem: Problem,
+    label: str,
+    progress: Progress,
+    iterations: int = 100,
+    tolerance: float = TOLERANCE,
+    slow: float = 0.0,
 ) -> tuple[Problem, Optimum]:
-    """The problem at its least squares, its spreads those that its runs show, and how the search ended."""
-    optimum = levenberg_marquardt(problem, problem.first(), label, progress, iterations, tolerance)
+    """The problem at its least squares, its spreads those that its runs show, and how the search ended.
+
+    ``tolerance`` and ``slow`` end it, as in :func:`levenberg_marquardt`.
+    """
+    optimum = levenberg_marquardt(problem, problem.first(), label, progress, iterations, tolerance, slow)
     found = problem.at(optimum.variables)
     evaluations = optimum.evaluations
     for _ in range(ROUNDS if found.varying else 0):
@@ -38,7 +46,7 @@ def settle(
         change = np.abs(np.log(found.prior_weight / before))
         if optimum.interrupted or np.all(change < np.log(SETTLED)):
             break
-        optimum = levenberg_marquardt(found, found.first(), label, progress, iterations, tolerance)
+        optimum = levenberg_marquardt(found, found.first(), label, progress, iterations, tolerance, slow)
         evaluations += optimum.evaluations
         found = found.at(optimum.variables)
     return found, replace(optimum, evaluations=evaluations)
