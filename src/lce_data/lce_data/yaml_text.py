@@ -19,8 +19,11 @@ class Loader(yaml.CSafeLoader):
     """Dates stay text, as they were typed; ``1e-3`` is a number, which YAML 1.1 takes for text."""
 
 
-class _Plain(yaml.SafeDumper):
+class Dumper(yaml.SafeDumper):
+    """Text that `Loader` would take for a number is quoted; no anchors."""
+
     def ignore_aliases(self, data: object) -> bool:
+        """Write out what occurs twice."""
         return True
 
 
@@ -44,7 +47,7 @@ def load(text: str) -> Any:
 
 def dump(value: object) -> str:
     """YAML text, keys in the order given, no anchors."""
-    return yaml.dump(value, Dumper=_Plain, sort_keys=False, allow_unicode=True)
+    return yaml.dump(value, Dumper=Dumper, sort_keys=False, allow_unicode=True)
 
 
 def _refused(why: str, at: yaml.Event | yaml.Node) -> yaml.YAMLError:
@@ -66,5 +69,6 @@ Loader.yaml_implicit_resolvers = {
     first: [(tag, form) for tag, form in resolvers if tag != _TIMESTAMP]
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
-Loader.add_implicit_resolver(_FLOAT, re.compile(r"[-+]?[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789"))
+for _kind in (Loader, Dumper):
+    _kind.add_implicit_resolver(_FLOAT, re.compile(r"[-+]?[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789"))
 Loader.add_constructor(_INT, _int)

@@ -15,6 +15,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from lce_data.errors import LceError, did_you_mean
 from lce_data.files import write_atomically
 from lce_data.schema import checked, read_yaml
+from lce_data.yaml_text import Dumper
 from lce_model.effects import find_trusted
 from lce_model.model import Model, Value, default_model
 from lce_model.trust import UntrustedEffect
@@ -265,7 +266,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(Dumper):
     """Block style for the file, one line for each parameter."""
 
 

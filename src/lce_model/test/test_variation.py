@@ -53,3 +53,9 @@ def test_a_mistake_in_the_file_is_named(tmp_path: Path, written: str, instead: s
     path.write_text(text.replace(written, instead))
     with pytest.raises(LceError, match=message):
         load_model(path)
+
+
+def test_a_run_whose_name_looks_like_a_number_comes_back(tmp_path: Path) -> None:
+    model = default_model().varying({"ambient.t_env": Variation(1.5, {"12e3": RunValue(295.0, 0.1)})})
+    save_model(model, tmp_path / "m.yaml")
+    assert load_model(tmp_path / "m.yaml").varies == model.varies
