@@ -39,6 +39,9 @@ _REST_S = 3600.0
 """How long a strip has been at rest before it starts, cooled from above."""
 _MOST = 30.0
 """A front gives way at the latest where it turns e^30 times a second, as often as a molecule tries."""
+_ONE, _LOWEST, _MANTISSA = 0x3FF0000000000000, 0x3FE6A09E00000000, 0x000FFFFFFFFFFFFF
+"""The bits of 1.0, of about 1/√2, and those of a double that hold its mantissa."""
+_LN_2 = math.log(2.0)
 _SUMS, _PRODUCTS = {"reassoc", "nsz"}, {"contract"}
 """Sums in any order, and products fused with them: what lets the compiler take several fronts at once. Not both in one
 function: the last bit would depend on the other terms of the model, as it does even so on some processors."""
@@ -61,9 +64,9 @@ _DEVIATES, _DISTANCES, _SHARES = _fronts()
 
 @register_jitable(fastmath=_PRODUCTS)
 def _boltzmann(a: float) -> float:
-    """e^-a to 1e-3 for -25 < a < 25, to 5 % for -60 < a < 60; unlike exp, it becomes vector instructions."""
-    a *= 1.0 / 256.0
-    r = 1.0 / (1.0 + a * (1.0 + a * (0.5 + a * (1.0 / 6.0))))
+    """e^-a to 2e-5 for -25 < a < 25, to 2e-3 for -60 < a < 60, and next to 0 above; it becomes vector instructions."""
+    a = min(a, 300.0) * (1.0 / 256.0)
+    r = 1.0 - a * (1.0 - a * (0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0))))
     r *= r
     r *= r
     r *= r
@@ -75,6 +78,19 @@ def _boltzmann(a: float) -> float:
 
 
 @register_jitable(fastmath=_PRODUCTS)
+def _logarithm(y: float) -> float:
+    """ln y to 1e-9 for a normal y > 0, and 0 at 1; unlike log, it becomes vector instructions.
+
+    y = 2^k m with 0.7 < m < 1.5, and ln m is a series in t = (m - 1)/(m + 1).
+    """
+    bits = np.float64(y).view(np.int64) + (_ONE - _LOWEST)
+    k = (bits >> 52) - 1023
+    m = np.int64((bits & _MANTISSA) + _LOWEST).view(np.float64)
+    t = (m - 1.0) / (m + 1.0)
+    return k * _LN_2 + 2.0 * t * (1.0 + t * t * (1 / 3 + t * t * (1 / 5 + t * t * (1 / 7 + t * t * (1 / 9)))))
+
+
+@register_jitable(fastmath=_PRODUCTS)
 def _above(z: float) -> tuple[float, float]:
     """The share of a normal distribution above ``z``, and its mean; Abramowitz & Stegun 7.1.26, as erfc is a call.
 
@@ -83,18 +99,19 @@ def _above(z: float) -> tuple[float, float]:
     far = abs(z)
     t = 1.0 / (1.0 + 0.23164189 * far)
     p = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))))
-    density = _boltzmann(min(0.5 * far * far, 300.0))
+    density = _boltzmann(0.5 * far * far)
     tail = 0.5 * p * density
-    if z > 0.0:
-        return tail, 0.7978845608 / p
-    return 1.0 - tail, 0.3989422804 * density / (1.0 - tail)
+    above = z > 0.0
+    share = tail if above else 1.0 - tail
+    return share, (0.7978845608 if above else 0.3989422804 * density) / (p if above else share)
 
 
 @register_jitable(fastmath=_SUMS)
-def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: float) -> tuple[float, float]:
-    """(K7): (Σ x y3, Σ y3), with y3 at the mean T_c of the nematic domains of a front; in K above ``t_ref``."""
+def _sums(
+    front: Floats, centre: Floats, here: Floats, spread: float, per_spread: float, per_span: float
+) -> tuple[float, float]:
+    """(Σ x y3, Σ y3); the divisions are made outside, or the compiler would make them in every turn of the loop."""
     nematic = possible = 0.0
-    per_spread, per_span = 1.0 / spread, 1.0 / span
     for i in range(FRONTS):
         x, mean = _above((front[i] - centre[i]) * per_spread)
         s2 = (centre[i] + spread * mean - here[i]) * per_span + 1.0 / 9.0
@@ -102,6 +119,12 @@ def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: f
         nematic += x * y3
         possible += y3
     return nematic, possible
+
+
+@register_jitable
+def _nematic(front: Floats, centre: Floats, here: Floats, spread: float, span: float) -> tuple[float, float]:
+    """(K7): (Σ x y3, Σ y3), with y3 at the mean T_c of the nematic domains of a front; in K above ``t_ref``."""
+    return _sums(front, centre, here, spread, 1.0 / spread, 1.0 / span)
 
 
 @register_jitable
@@ -117,17 +140,22 @@ def _deficit(deficit: float, before: float, excess: float, dt: float, cold_end: 
 
 
 @register_jitable(fastmath=_SUMS)
+def _profile(share: Floats, per_length: float) -> float:
+    """Set how warm the fronts are, as shares of the excess far from the clamp; the mean of the strip."""
+    mean = 0.0
+    for i in range(FRONTS):
+        share[i] = 1.0 - _boltzmann(_DISTANCES[i] * per_length)
+        mean += _SHARES[i] * share[i]
+    return mean
+
+
+@register_jitable
 def _warm(here: Floats, change: Floats, excess: float, deficit: float) -> None:
     """Set the temperatures ``here`` of the fronts so that their mean is ``excess``, and ``change`` since the last step.
 
     All in K above ``t_ref``.
     """
-    per_length = (abs(excess) + deficit + 1e-9) / (deficit + 1e-9)
-    mean = 0.0
-    for i in range(FRONTS):
-        change[i] = 1.0 - _boltzmann(min(_DISTANCES[i] * per_length, 60.0))
-        mean += _SHARES[i] * change[i]
-    scale = excess / mean
+    scale = excess / _profile(change, (abs(excess) + deficit + 1e-9) / (deficit + 1e-9))
     for i in range(FRONTS):
         now = scale * change[i]
         change[i] = now - here[i]
@@ -145,7 +173,8 @@ def _move(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: F
     per_kappa = 1.0 / kappa
     for i in range(FRONTS):
         u = (here[i] - front[i]) * per_kappa
-        # σ κ/κ_σ: the barrier of the side that T is on.
+        # The barrier of the side that T is on.
+        side = 1.0 if u >= 0.0 else -COOLING
         per_side = 1.0 if u >= 0.0 else -1.0 / COOLING
         v = u * per_side
         w0_dt = dt * at_rest[i]
@@ -153,11 +182,7 @@ def _move(front: Floats, here: Floats, change: Floats, delay: Floats, at_rest: F
         mean = 1.0 - 0.5 * a if abs(a) < 1e-5 else (1.0 - _boltzmann(a)) / a
         beyond = max(v - delay[i] - _MOST, 0.0)
         gain = dt * _boltzmann(max(delay[i] - v, -_MOST)) * mean + _boltzmann(w0_dt) - 1.0
-        # ln(1 + gain) = 32 ln(root) = 64 artanh(t), as a series in t.
-        root = math.sqrt(math.sqrt(math.sqrt(math.sqrt(math.sqrt(1.0 + gain)))))
-        t = (root - 1.0) / (root + 1.0)
-        logarithm = 64.0 * t * (1.0 + t * t * (1 / 3 + t * t * (1 / 5 + t * t * (1 / 7))))
-        front[i] += (beyond + logarithm) * kappa / per_side
+        front[i] += (beyond + _logarithm(1.0 + gain)) * kappa * side
 
 
 @register_jitable
