@@ -247,7 +247,7 @@ class Problem:
     def _weighted(self, run: int, out: Floats) -> list[Floats]:
         """Weighted outputs (m, size) of the series of one run."""
         mine = [series for series in self.observed if series.run == run]
-        return [series.weighted(series.sampling(out[:, :, COLUMN[series.channel]])) for series in mine]
+        return [series.weighted(series.sampling.of_outputs(out, COLUMN[series.channel])) for series in mine]
 
     def _modelled(self, run: int, own: Floats, start_k: Floats) -> list[Floats]:
         return self._weighted(run, self._outputs(run, own, start_k))

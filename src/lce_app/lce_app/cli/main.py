@@ -52,6 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv = sys.argv[1:] if argv is None else argv
         if isinstance(sys.stdout, io.TextIOWrapper):  # names of files, and texts in them, may be no Unicode
             sys.stdout.reconfigure(errors="backslashreplace")
+        # Before numpy is imported: a fit keeps all cores busy by threads of its own; OpenBLAS's would be in the way.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         args = _parser(argv).parse_args(argv)
         command = command_module(args.command)
         allow_effect_files(args)
