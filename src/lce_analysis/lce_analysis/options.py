@@ -175,7 +175,7 @@ class DiagnoseOptions:
     min_visibility : an effect is not named below this visibility: a small error in the form of the base model could
         explain the data as well.
     max_effects : effects that are added at most.
-    iterations : of a refit, at most; an effect that the free parameters nearly mask takes some thirty.
+    iterations : of a refit, at most; beside the dynamic model an effect may take a hundred.
     structured : the residual follows a covariate if a curve over it predicts this share of its variance in a run that
         was left out.
     knots : of that curve.
@@ -216,7 +216,7 @@ class DiagnoseOptions:
     min_likelihood_ratio: float = 20.0
     min_visibility: float = 1e-4
     max_effects: int = 4
-    iterations: int = 60
+    iterations: int = 200
     structured: float = 0.15
     knots: int = 9
     jumping: float = 0.05

@@ -87,6 +87,7 @@ def test_a_hidden_effect_is_named_and_the_held_out_error_comes_down_to_the_noise
     step = found.steps[0]
     assert step.actual_reduction > 0.9
     assert step.trial.strengths is not None
+    assert step.trial.strengths.overall.value == pytest.approx(found.model[effect.strength_key], rel=1e-9)
     for estimate in step.trial.strengths.by_run:
         assert estimate is not None
         assert abs(estimate.value - effect.typical) < max(5.0 * estimate.standard_error, 0.05 * effect.typical)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Changes of the model that a search has accepted: an effect added, or a parameter that differs from run to run."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from lce_analysis.diagnosis.held_out import HeldOut
+from lce_analysis.diagnosis.linearized_fit import samples
 from lce_analysis.diagnosis.misfit import Misfit, reduction
-from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem
+from lce_analysis.diagnosis.strength import strengths
 from lce_analysis.diagnosis.trial import Trial
 from lce_analysis.diagnosis.variation import VariationTrial
 
@@ -34,6 +37,10 @@ class Change:
     def actual_reduction(self) -> float:
         """The share that went, of the two models simulated."""
         return reduction(*self.train, self.trial.stage.channels)
+
+    def between(self, without: StagedFit, with_it: StagedFit, train: tuple[Misfit, Misfit], held_out: HeldOut) -> Self:
+        """The same change between two other models."""
+        return replace(self, without=without, with_it=with_it, train=train, held_out=held_out)
 
 
 @dataclass(frozen=True)
@@ -74,6 +81,29 @@ class Step(Change):
     def label(self) -> str:
         """What was changed."""
         return self.added
+
+    def between(self, without: StagedFit, with_it: StagedFit, train: tuple[Misfit, Misfit], held_out: HeldOut) -> Self:
+        """The same change between two other models, with the strengths that these show.
+
+        The effect may have been tried beside others that were taken back since.
+        """
+        step = super().between(without, with_it, train, held_out)
+        trial = replace(self.trial, held_out=held_out)
+        before, after = without.stage(trial.stage.part), with_it.stage(trial.stage.part)
+        if before is not None and after is not None and set(before.channels) <= set(after.channels):
+            problem = after.fit.problem
+            free = [problem.model.values[i].key for i in problem.free]
+            # An effect that acts back on the heat is no part of the heat by itself.
+            if trial.effect.strength_key in free:
+                found = strengths(after.fit, free.index(trial.effect.strength_key))
+                trial = replace(trial, stage=before, fit=after.fit, gain=_gain(before, after), strengths=found)
+        return replace(step, trial=trial)
+
+
+def _gain(before: StageProblem, after: StageProblem) -> float:
+    """Squared error that went, of the sensors by which a part of the model was judged before."""
+    counts = samples(before.fit.problem.observed)
+    return sum((x - after.fit.mean_squares[c]) * counts[c] for c, x in before.fit.mean_squares.items())
 
 
 Accepted = Step | VariationStep

@@ -107,6 +107,10 @@ class OtherBases:
             return None
         model, steps = self._found
         pair = _errors(search, present.model, model)
+        if steps and not _explains(pair, options):
+            # Too much is left to name an effect; the other form may be worth having by itself.
+            model, steps = steps[0].without.model, ()
+            pair = _errors(search, present.model, model)
         if not _leaves_less(pair, options):
             return None
         names = tuple(run.name for run in _judged(search).runs)

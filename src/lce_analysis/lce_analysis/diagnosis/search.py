@@ -336,7 +336,7 @@ class Search:
         told: list[Accepted] = []
         for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):
             train, held_out = self._between(without, with_it, accepted.held_out, self.present.drive)
-            told.append(replace(accepted, without=without, with_it=with_it, train=train, held_out=held_out))
+            told.append(accepted.between(without, with_it, train, held_out))
         self.accepted = told
 
     def _refitted(self, model: Model, every_sample: bool = False) -> StagedFit:
