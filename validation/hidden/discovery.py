@@ -128,7 +128,7 @@ def _functions(effect: str, record: Record) -> dict[str, bool]:
 
 def main() -> int:
     """Run what is not done yet, within the time given; print and write the report."""
-    args = options("discovery on strips that hide what no library holds", "discovery-results.jsonl", seeds=3)
+    args = options("discovery on strips that hide what no library holds", Path("discovery-results.jsonl"), seeds=3)
     families = args.families or USUAL
     now = version()
     if args.fresh:

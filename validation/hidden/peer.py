@@ -36,7 +36,7 @@ from lce_analysis.prediction import predict
 from lce_data.run import Run
 from lce_model import Model, default_model
 
-RESULTS: Final = Path("hidden-peer-results.jsonl")
+RESULTS: Final = Path(__file__).parents[2] / "docs/results/hidden-peer-results.jsonl"
 NOISES: Final = {"iid": "noise taken for white", "autoregressive": "noise whitened as ours"}
 VISIBLE: Final = 0.5
 """What the base leaves beyond the noise of the worse sensor, in units of that noise, for an effect to be visible."""

@@ -31,18 +31,26 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from campaign import CAMPAIGNS, Case
 from cases import cases
 from families import FAMILIES
-from peer import RESULTS, read_results
+from peer import RESULTS as PEER_RESULTS
+from peer import read_results
 from report import report
 
 FOLDER = Path(__file__).resolve().parent
+RESULTS = FOLDER.parents[1] / "docs/results/hidden-results.jsonl"
 Result = dict[str, Any]
-NOT_JUDGED = (
-    ":!src/*/test",
+JUDGED = (
+    "src/lce_analysis/lce_analysis",
+    "src/lce_model/lce_model",
+    "src/lce_data/lce_data",
+    "validation/hidden",
+    "validation/independent_strip",
     ":!validation/hidden/peer*.py",
+    ":!validation/hidden/suite.py",
     ":!validation/hidden/report.py",
     ":!validation/hidden/discovery_report.py",
+    ":!*.jsonl",
 )
-"""What may change without the results becoming another version's."""
+"""What a case runs: changes elsewhere, as in the command line, do not make the results another version's."""
 
 
 def task(folder: str, words: tuple[Any, ...], threads: int, judge: str = "judge") -> Result:
@@ -62,16 +70,14 @@ def task(folder: str, words: tuple[Any, ...], threads: int, judge: str = "judge"
 
 def version() -> str:
     """The software that is judged: the last commit that touched it, and a checksum of what is not committed."""
-    paths = ["--", "src", "validation/hidden", "validation/independent_strip", *NOT_JUDGED]
-
     if not (FOLDER.parents[1] / ".git").exists():
         return "unknown"
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], cwd=FOLDER.parents[1], capture_output=True, text=True, check=True).stdout
 
-    commit = git("log", "-1", "--format=%H", *paths).strip()
-    changed = git("diff", "HEAD", *paths)
+    commit = git("log", "-1", "--format=%H", "--", *JUDGED).strip()
+    changed = git("diff", "HEAD", "--", *JUDGED)
     name = git("describe", "--always", "--tags", commit).strip()
     return f"{name}+{zlib.crc32(changed.encode()):08x}" if changed else name
 
@@ -130,7 +136,7 @@ def _words(case: Case) -> tuple[Any, ...]:
 
 
 def options(
-    description: str = "diagnosis on strips with hidden effects", results: str = "hidden-results.jsonl", seeds: int = 1
+    description: str = "diagnosis on strips with hidden effects", results: Path = RESULTS, seeds: int = 1
 ) -> argparse.Namespace:
     """What the command line says."""
     parser = argparse.ArgumentParser(description=description)
@@ -141,8 +147,10 @@ def options(
     parser.add_argument("--campaign", default="full", choices=list(CAMPAIGNS), help="runs of each strip")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once on this machine")
     parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
-    parser.add_argument("--results", type=Path, default=Path(results))
-    parser.add_argument("--peer", type=Path, default=RESULTS, help="results of validation/hidden/peer.py, for its row")
+    parser.add_argument("--results", type=Path, default=results)
+    parser.add_argument(
+        "--peer", type=Path, default=PEER_RESULTS, help="results of validation/hidden/peer.py, for its row"
+    )
     parser.add_argument("--fresh", action="store_true", help="forget the results there are")
     parser.add_argument("--out", type=Path, help="write the report, as docs/results/hidden.md")
     return parser.parse_args()

@@ -84,6 +84,19 @@ def test_each_base_model_that_begins_nearly_as_well_as_the_best_is_searched() ->
     assert found.other.rms[DISPLACEMENT] < 1.2
 
 
+def test_an_effect_that_leaves_too_much_beside_another_base_model_is_not_named() -> None:
+    effects = {"backlash.width": 25e-6, "creep.share": 0.008}
+    runs = recorded(lce.default_model("lumped", "equilibrium", ("backlash", "creep")).set(effects))
+    options = DiagnoseOptions(explained=1.1, nearly_all=0.97)
+    start = lce.default_model("lumped", "dynamic")
+    bases = OtherBases(Search(start, runs[:2], runs[2:], [find("backlash")], options, silent))
+    _, (step,) = bases._found
+    assert step.added == "backlash" and step.held_out.after.rms[DISPLACEMENT] > 1.1
+    found = bases.better()
+    assert found is not None and found.deformation == "equilibrium" and found.added == []
+    assert found.other.rms[DISPLACEMENT] > step.held_out.after.rms[DISPLACEMENT]
+
+
 def test_a_search_ends_where_its_best_trial_is_explained_elsewhere() -> None:
     plain = lce.default_model("lumped", "equilibrium")
     runs = recorded(plain.add("backlash").set({"backlash.width": 60e-6}))
