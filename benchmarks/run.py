@@ -62,6 +62,7 @@ def main() -> int:
         "recovery": lambda: recovery.measure(3 if quick else 20),
         "bands": lambda: bands.measure(5 if quick else 50),
         "diagnosis": diagnosis.measure,
+        "six_runs": diagnosis.six_runs,
         "graph": lambda: in_real_time(60.0 if quick else 600.0),
         "loop_timing": lambda: in_the_loop(20.0 if quick else 300.0),
         "workbench": lambda: workbench.measure(30.0 if quick else 600.0),
