@@ -9,9 +9,13 @@ import pytest
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import add_effect, diagnose
 from lce_analysis.diagnosis.diagnosis import Column
+from lce_analysis.diagnosis.linearized_fit import linearised, optimum
 from lce_analysis.diagnosis.misfit import Misfit
+from lce_analysis.diagnosis.search import Search
+from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
+from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, default_model, simulate
@@ -91,6 +95,21 @@ def test_a_hidden_effect_is_named_and_the_held_out_error_comes_down_to_the_noise
     for estimate in step.trial.strengths.by_run:
         assert estimate is not None
         assert abs(estimate.value - effect.typical) < max(5.0 * estimate.standard_error, 0.05 * effect.typical)
+
+
+def test_an_effect_is_not_rejected_for_a_strength_that_only_a_poor_minimum_gives() -> None:
+    search = Search(BASE, *_campaign(_strip_with("creep")), [find("creep")], DiagnoseOptions(), silent)
+    (trial,) = search.trials.likely(search._stages(heat=False))
+    problem = trial.fit.problem
+    others = tuple(i for i in problem.free if problem.model.values[i].key != "creep.share")
+    held = replace(problem, model=problem.model.set({"creep.share": 0.03}), free=others)
+    short = linearised(replace(optimum(held, "", silent, 30), free=problem.free))
+    (poor,) = search.trials.judged([replace(trial, fit=short, gain=trial.stage.fit.error - short.error)])
+    assert poor.objection == "varies"
+    found = search._elsewhere(poor)
+    assert found.objection == "" and found is search.trials.tried["creep"]
+    assert found.strength == pytest.approx(find("creep").typical, rel=0.15)
+    assert search._elsewhere(replace(poor, objection="worse")).strength == 0.03
 
 
 def test_an_effect_of_the_heat_is_found_on_the_temperature_alone() -> None:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from lce_analysis.diagnosis.held_out import HeldOut
-from lce_analysis.diagnosis.linearized_fit import samples
+from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.misfit import Misfit, reduction
-from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem
+from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths
 from lce_analysis.diagnosis.trial import Trial
 from lce_analysis.diagnosis.variation import VariationTrial
@@ -96,14 +96,8 @@ class Step(Change):
             # An effect that acts back on the heat is no part of the heat by itself.
             if trial.effect.strength_key in free:
                 found = strengths(after.fit, free.index(trial.effect.strength_key))
-                trial = replace(trial, stage=before, fit=after.fit, gain=_gain(before, after), strengths=found)
+                trial = replace(trial, stage=before, fit=after.fit, gain=gained(before.fit, after.fit), strengths=found)
         return replace(step, trial=trial)
-
-
-def _gain(before: StageProblem, after: StageProblem) -> float:
-    """Squared error that went, of the sensors by which a part of the model was judged before."""
-    counts = samples(before.fit.problem.observed)
-    return sum((x - after.fit.mean_squares[c]) * counts[c] for c, x in before.fit.mean_squares.items())
 
 
 Accepted = Step | VariationStep

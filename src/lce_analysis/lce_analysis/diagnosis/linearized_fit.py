@@ -78,6 +78,12 @@ def mean_squares(residual: Floats, observed: Sequence[ObservedSeries]) -> dict[C
     return {channel: total / max(counts[channel], 1.0) for channel, total in totals.items()}
 
 
+def gained(before: LinearizedFit, after: LinearizedFit) -> float:
+    """Squared error that went, of the sensors by which the first fit is judged; the second may be judged by more."""
+    counts = samples(before.problem.observed)
+    return sum((x - after.mean_squares[c]) * counts[c] for c, x in before.mean_squares.items())
+
+
 def refit(problem: Problem, label: str, progress: Progress, iterations: int, tolerance: float = 1e-6) -> LinearizedFit:
     """The problem at its least squares, bounds in force; KeyboardInterrupt passes through."""
     return linearised(optimum(problem, label, progress, iterations, tolerance))

@@ -202,11 +202,26 @@ class Search:
     def _far_reaching(self, heat: bool) -> list[Trial]:
         """Trials of one part of the model, judged; none if no effect goes far."""
         trials = self.trials.judged(self._tried(heat))
+        if not heat:
+            trials = [*map(self._elsewhere, trials[:1]), *trials[1:]]
         if any(goes_far(trial, self.options) for trial in trials):
             return trials
         for trial in (t for t in trials if not t.objection):
             self.trials.reject(trial, "part")
         return []
+
+    def _elsewhere(self, best: Trial) -> Trial:
+        """The best trial where an identification from scratch ends, if only its strength spoke against it before.
+
+        In a poor minimum the strength of the fit is not the one that the runs want.
+        """
+        if best.objection != "varies" or best.reduction < self.options.most:
+            return best
+        fit = self._refitted(self._with(best))
+        found = (self._identified_anew(fit) or fit).deformation
+        if found is None or not set(best.stage.channels) <= set(found.channels):
+            return best
+        return self.trials.judged_at(best, found.fit)
 
     def _best_of(self, trials: Sequence[Trial]) -> Model:
         """The model of the best trial that nothing speaks against; the present one without any."""

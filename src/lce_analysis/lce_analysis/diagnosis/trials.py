@@ -8,7 +8,7 @@ from functools import partial
 from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut
-from lce_analysis.diagnosis.linearized_fit import refit, samples
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gained, refit, samples
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import strengths
@@ -65,6 +65,14 @@ class Trials:
             judged = self._judged(trial, on_data_left_out=i < self.options.contenders)
             found.append(judged if judged.objection or judged.held_out else replace(judged, objection="less"))
         self.tried |= {trial.effect.name: trial for trial in found}
+        return found
+
+    def judged_at(self, trial: Trial, fit: LinearizedFit) -> Trial:
+        """A trial judged by another fit with its effect; as it was if something speaks against it there, too."""
+        found = self._judged(replace(trial, fit=fit, gain=gained(trial.stage.fit, fit)))
+        if found.objection:
+            return trial
+        self.tried[trial.effect.name] = found
         return found
 
     def objection(self, trial: Trial) -> Objection:
