@@ -21,13 +21,13 @@ def started(timeout_s: float = 0.1) -> Drive:
     return drive
 
 
-def test_a_power_counts_from_the_time_it_was_received() -> None:
+def test_a_power_counts_from_the_time_it_was_sent() -> None:
     drive = started()
     drive.put(2.0, 0.004)
     assert list(drive.advance(0.01)) == [(0.0, 0.004), (2.0, pytest.approx(0.006))]
 
 
-def test_a_power_received_at_the_tick_counts_after_it_whatever_came_first() -> None:
+def test_a_power_sent_at_the_tick_counts_after_it_whatever_came_first() -> None:
     early, late = started(), started()
     early.put(1.0, 0.01)
     assert list(early.advance(0.01)) == list(late.advance(0.01)) == [(0.0, 0.01)]
@@ -52,6 +52,13 @@ def test_a_stale_power_counts_as_zero_after_exactly_the_time_out() -> None:
     drive.put(1.0, 0.0)
     assert energy_j(list(drive.advance(3.0))) == pytest.approx(0.1)
     assert drive.power_w == 0.0
+
+
+def test_a_power_that_waited_in_the_queue_is_as_old_as_it_is() -> None:
+    drive = started()
+    assert energy_j(list(drive.advance(1.0))) == 0.0
+    drive.put(2.0, 0.5)
+    assert energy_j(list(drive.advance(2.0))) == 0.0
 
 
 @pytest.mark.parametrize("power", [math.nan, math.inf, -math.inf, -1.0])

@@ -2,6 +2,7 @@
 """laser → simulator → camera and distance sensor: what is measured is the model plus the noise."""
 
 import math
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -126,6 +127,20 @@ def test_the_strip_is_silent_until_it_has_found_a_laser(graph: Graph) -> None:
     probe.destroy_publisher(laser)
     graph.lockstep(5)
     assert len(truth) == 10
+
+
+def test_a_power_that_waited_while_the_strip_stood_still_brings_no_light_back(graph: Graph) -> None:
+    graph.add(Simulator)
+    probe = graph.probe()
+    laser, truth = probe.advertise(Float64, "laser/power"), graph.collect(Temperature, "sim/temperature", probe)
+    graph.until(lambda: len(truth) > 5 and laser.get_subscription_count() > 0, 20.0, "a strip that has found a laser")
+    for _ in range(5):
+        laser.publish(Float64(data=2.0))
+    time.sleep(0.5)  # as long as the executor of the strip stands still
+    before = len(truth)
+    graph.until(lambda: len(truth) > before + 30, 20.0, "samples after the stall")
+    after = [m.temperature for m in truth.messages[before + 2 :]]
+    assert after == sorted(after, reverse=True)
 
 
 def test_the_strip_carries_the_load_that_is_published(graph: Graph) -> None:

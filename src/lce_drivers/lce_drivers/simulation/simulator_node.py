@@ -72,7 +72,8 @@ class Simulator(LceNode):
         self.get_logger().info(f"{strip}: {1.0 / PERIOD_S:g} Hz; a power older than {timeout_s:g} s counts as zero")
 
     def _take_power(self, message: Any) -> None:
-        self._drive.put(from_message(POWER, message)[0], self.now_s())
+        # As old as its publisher says: after a stall of this process, a dead laser's last words wait in the queue.
+        self._drive.put(from_message(POWER, message)[0], min(self.sent_s, self.now_s()))
 
     def _take_input(self, channel: Channel, message: Any) -> None:
         value, _ = from_message(channel, message)

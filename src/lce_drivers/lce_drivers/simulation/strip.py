@@ -14,9 +14,9 @@ LONGEST_GAP_S: Final = 60.0
 
 
 class Drive:
-    """Zero-order hold of the laser power between the times at which it was received.
+    """Zero-order hold of the laser power between the times at which it was sent.
 
-    A power older than ``timeout_s`` [s] counts as zero: the laser node may have been killed. A power received at the
+    A power older than ``timeout_s`` [s] counts as zero: the laser node may have been killed. A power sent at the
     very instant of a tick belongs to the time after it, so the order of the two does not matter.
     """
 
@@ -33,7 +33,7 @@ class Drive:
         return self._power_w
 
     def put(self, power_w: float, t_s: float) -> None:
-        """Take in a power [W] received at ``t_s`` [s]; negative and non-finite ones count as zero."""
+        """Take in a power [W] sent at ``t_s`` [s]; negative and non-finite ones count as zero."""
         self._waiting.append((t_s, power_w if math.isfinite(power_w) and power_w > 0.0 else 0.0))
 
     def advance(self, t_s: float) -> Iterator[tuple[float, float]]:
@@ -53,14 +53,14 @@ class Drive:
 
     def _take_in(self, t_s: float) -> None:
         while self._waiting and self._waiting[0][0] <= t_s:
-            received_s, self._power_w = self._waiting.popleft()
-            self._expires_s = received_s + self._timeout_s
+            sent_s, self._power_w = self._waiting.popleft()
+            self._expires_s = sent_s + self._timeout_s
         if self._expires_s <= t_s:
             self._power_w = 0.0
 
     def _next_change_s(self) -> float:
-        received_s = self._waiting[0][0] if self._waiting else math.inf
-        return min(received_s, self._expires_s) if self._power_w > 0.0 else received_s
+        sent_s = self._waiting[0][0] if self._waiting else math.inf
+        return min(sent_s, self._expires_s) if self._power_w > 0.0 else sent_s
 
 
 def strip_model(model_file: str | Path, settings: Mapping[str, float]) -> Model:
