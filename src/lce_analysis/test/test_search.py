@@ -7,7 +7,8 @@ import numpy as np
 
 from lce_analysis import DiagnoseOptions
 from lce_analysis.diagnosis.accepted import VariationStep
-from lce_analysis.diagnosis.search import Search, _without_variation
+from lce_analysis.diagnosis.looking_back import _without_difference
+from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.variation import variation_trial
 from lce_data.channels import TEMPERATURE
 from lce_data.progress import silent
@@ -50,10 +51,10 @@ def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None
         stage = search.present.heat[0]
         trial = variation_trial(stage, search.left_out, options, silent)
         assert trial is not None
-        search._accept(search._variation_step(trial))
+        search.accept(search._variation_step(trial))
     steps = [a for a in search.accepted if isinstance(a, VariationStep)]
     assert len({step.key for step in steps}) == 2
     for step in steps:
-        change = partial(_without_variation, key=step.key)
-        search._take_out(step, search._refitted(change(search.present.model)), change)
+        change = partial(_without_difference, key=step.key)
+        search.take_out(step, search.refitted(change(search.present.model)), change)
     assert search.accepted == [] and not search.present.model.varies

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A base model and the changes accepted one after the other, each model refitted beside the same runs.
+
+A change can be taken back; those accepted after it are then refitted without it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final, TypeVar
+
+from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
+from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
+from lce_analysis.diagnosis.stage_problem import Data, StagedFit, carried, refit_stages, with_candidates
+from lce_analysis.diagnosis.trial import Objection, Trial
+from lce_analysis.diagnosis.trials import Trials
+from lce_analysis.identification.identify import check_runs
+from lce_analysis.identification.identify import fit as identify
+from lce_analysis.identification.random_effects import with_run_errors
+from lce_analysis.options import DiagnoseOptions, Drive, FitOptions
+from lce_analysis.prediction import simulation_input, with_ambient_at_rest
+from lce_data.channels import SENSORS
+from lce_data.errors import LceError
+from lce_data.progress import Progress
+from lce_data.run import Run
+from lce_model import Model, Variation
+from lce_model.effects import Effect
+
+Kind = TypeVar("Kind", Step, VariationStep)
+FINE: Final = 15
+"""Iterations of a refit on every sample, at most: it begins at the optimum of the coarser grid, close to its own."""
+BETTER: Final = 0.02
+"""Share of the squared error by which another minimum must be better."""
+
+
+class Chain:
+    """The present model beside the runs, and what has been accepted so far.
+
+    given : the model before any refit.
+    base, present : the model refitted without any addition, and with what has been accepted.
+    accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
+    trials : what is known of every candidate.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        runs: Sequence[Run],
+        test_runs: Sequence[Run],
+        candidates: Sequence[Effect],
+        options: DiagnoseOptions,
+        progress: Progress,
+    ) -> None:
+        if not runs:
+            raise LceError("no runs to diagnose")
+        check_runs(model, runs)
+        model = with_ambient_at_rest(model, runs)
+        self.given = model
+        self.options, self.progress, self.candidates = options, progress, tuple(candidates)
+        self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
+        self.coarse = self.data.coarse
+        self.tests = JudgedRuns.of(test_runs)
+        self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
+        self.trials = Trials(len(self.candidates), self.left_out, options, progress)
+        self.accepted: list[Accepted] = []
+        self.present = self.refitted(model)
+        self.base = self._no_worse(model, self.refitted(self.present.model, every_sample=True))
+
+    @property
+    def steps(self) -> list[Step]:
+        """The effects accepted."""
+        return [a for a in self.accepted if isinstance(a, Step)]
+
+    @property
+    def variations(self) -> list[VariationStep]:
+        """The parameters found to differ from run to run."""
+        return [a for a in self.accepted if isinstance(a, VariationStep)]
+
+    def since(self, began: int, kind: type[Kind]) -> list[Kind]:
+        """What was accepted since, of one kind."""
+        return [a for a in self.accepted[began:] if isinstance(a, kind)]
+
+    def varies(self) -> dict[str, Variation]:
+        """What differs from run to run in the present model, with standard errors of the values of each run."""
+        found = dict(self.present.model.varies)
+        for stage in (*self.present.heat[:1], self.present.deformation):
+            if stage is not None and stage.fit.problem.varying:
+                problem = with_run_errors(stage.fit.problem)
+                keys = {problem.model.values[problem.free[j]].key for j in problem.varying}
+                # The part that has the last word on a parameter knows its error.
+                found |= {key: v for key, v in problem.model.varies.items() if key in keys}
+        return found
+
+    def misfit(self, model: Model, drive: Drive, judged: JudgedRuns | None = None) -> Misfit:
+        """Errors of a model simulated beside the runs, or others."""
+        return (self.data.judged if judged is None else judged).misfit(self.whole(model), drive)
+
+    def whole(self, model: Model) -> Model:
+        """The model with all candidates at their null values, where they change nothing: it is compiled already."""
+        return with_candidates(model, self.candidates)
+
+    def with_effect_of(self, trial: Trial) -> Model:
+        """The present model with the effect of a trial, and the values that the trial found."""
+        return carried(self.present.model.add(trial.effect), trial.fit.problem.model)
+
+    def refitted(self, model: Model, every_sample: bool = False) -> StagedFit:
+        """The model refitted stage by stage, beside it the candidates that it lacks; a search takes a coarser grid."""
+        left = [e for e in self.candidates if e.reference not in model.effects]
+        if not every_sample:
+            return refit_stages(model, self.coarse, left, self.options, self.progress)
+        fewer = replace(self.options, iterations=min(self.options.iterations, FINE))
+        return refit_stages(model, self.data, left, fewer, self.progress)
+
+    def identified_anew(self, present: StagedFit) -> StagedFit | None:
+        """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
+        runs = [run_input.run for run_input in self.coarse.inputs]
+        # Stage by stage, as the model is refitted then: both at once take most of the time of an identification.
+        found = identify(present.model, runs, FitOptions(drive=present.drive, reweighted=0), self.progress)
+        anew = self.refitted(found.model)
+        return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
+
+    def between(
+        self, without: StagedFit, with_it: StagedFit, held_out: HeldOut | None, drive: Drive
+    ) -> tuple[tuple[Misfit, Misfit], HeldOut]:
+        """Errors of two models on the runs and on what was left out, the deformation driven in the same way."""
+        train = self.misfit(without.model, drive), self.misfit(with_it.model, drive)
+        assert held_out is not None
+        if held_out.how == "test runs":
+            models = self.whole(without.model), self.whole(with_it.model)
+            held_out = replace(held_out, errors=self.tests.pair(*models, drive, SENSORS))
+        return train, held_out
+
+    def accept(self, step: Accepted) -> None:
+        """Go on with a change."""
+        self.accepted.append(step)
+        self.present = step.with_it
+
+    def drop(self, step: Step, reason: Objection) -> None:
+        """Take back an effect, refitting what was accepted after it."""
+        reference = step.trial.effect.reference
+        last = step is self.accepted[-1]
+        present = step.without if last else self.refitted(self.present.model.without(reference))
+        self.trials.reject(step.trial, reason)
+        self.take_out(step, present, partial(Model.without, effect=reference))
+
+    def take_back(self, step: Step, reason: Objection) -> None:
+        """Go on without an effect that was accepted, for a reason found when the search was over."""
+        self.drop(step, reason)
+        self.finish()
+
+    def take_out(self, step: Accepted, present: StagedFit, change: Callable[[Model], Model]) -> None:
+        """Go on without a step that was accepted; ``present`` is what all the others give."""
+        # By its label: what was taken out before has left the later steps with fits of their own.
+        place = [accepted.label for accepted in self.accepted].index(step.label)
+        earlier, later = self.accepted[:place], self.accepted[place + 1 :]
+        fits = [*(self.refitted(change(s.with_it.model)) for s in later[:-1]), present] if later else []
+        before = [step.without, *fits[:-1]][: len(later)]
+        self.accepted = [
+            *earlier,
+            *(replace(s, without=a, with_it=b) for s, a, b in zip(later, before, fits, strict=True)),
+        ]
+        self.present = present
+
+    def finish(self) -> None:
+        """Refit what was accepted on every sample, and tell every step between the models that this gives."""
+        fits = [self.base, *(self.refitted(a.with_it.model, every_sample=True) for a in self.accepted)]
+        self.present = fits[-1]
+        told: list[Accepted] = []
+        for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):
+            train, held_out = self.between(without, with_it, accepted.held_out, self.present.drive)
+            told.append(accepted.between(without, with_it, train, held_out))
+        self.accepted = told
+
+    def _no_worse(self, given: Model, refitted: StagedFit) -> StagedFit:
+        """The refit, or the model as given where no sensor has gained by it: the jumps may lie better there."""
+        before, after = (self.misfit(model, refitted.drive) for model in (given, refitted.model))
+        gained = any(after.mean_square(c) < before.mean_square(c) for c in before.total)
+        return refitted if gained else replace(refitted, model=given)

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What was accepted has to prove itself once more beside what came after it: take back what does not."""
+
+from functools import partial
+
+from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
+from lce_analysis.diagnosis.chain import Chain
+from lce_analysis.diagnosis.misfit import Misfit, reduction, share_removed
+from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.trial import gets_worse, on_data_left_out, rises
+from lce_analysis.options import DiagnoseOptions
+from lce_model import Model
+
+
+def keep_what_explains(chain: Chain, began: int) -> None:
+    """Keep, of what was accepted since ``began``, what explains most of what one part of the model left.
+
+    Parameters that differ from run to run stay only if all of them together do.
+    """
+    _take_back_needless_differences(chain, began)
+    _take_back_parts(chain, began)
+    if chain.since(began, VariationStep) and not _differences_explain(chain, began):
+        for step in reversed(chain.since(began, VariationStep)):
+            _take_out_difference(chain, step, chain.refitted(_without_difference(chain.present.model, step.key)))
+        _take_back_parts(chain, began)
+
+
+def take_back_superfluous(chain: Chain) -> None:
+    """Take out effects that later additions have made superfluous."""
+    for step in chain.steps[:-1]:
+        reference = step.trial.effect.reference
+        without = chain.refitted(chain.present.model.without(reference))
+        before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
+        if any(before.mean_square(c) - after.mean_square(c) >= chain.options.worth_noise for c in before.total):
+            continue
+        chain.trials.reject(step.trial, "less")
+        chain.take_out(step, without, partial(Model.without, effect=reference))
+
+
+def take_back_harmful(chain: Chain) -> None:
+    """Take back effects, the last first, until the final tables bear the last one out."""
+    while chain.steps and not helped(chain.steps[-1], chain.options):
+        chain.take_back(chain.steps[-1], "worse")
+
+
+def helped(step: Step, options: DiagnoseOptions) -> bool:
+    """Do the final tables bear the step out: less error in the runs and on data left out, of no sensor much more?"""
+    if rises(step.trial.stage, *step.train, options.bent, options):
+        return False
+    before, after = step.held_out.before, step.held_out.after
+    channels = [c for c in step.trial.stage.channels if c in before.total]
+    falls = any(after.mean_square(c) < before.mean_square(c) for c in channels)
+    return step.actual_reduction > 0.0 and falls and not gets_worse(step.trial.stage, step.held_out, options)
+
+
+def _take_back_needless_differences(chain: Chain, began: int) -> None:
+    """Take back what differs from run to run only because an effect was still missing.
+
+    A run that does not begin at the ambient temperature of all has a start of its own. Where it has an ambient
+    temperature of its own instead, taking that back makes nothing simpler, and it stays.
+    """
+    for step in [a for a in chain.accepted[began:-1] if isinstance(a, VariationStep)]:
+        without = chain.refitted(_without_difference(chain.present.model, step.key))
+        part = step.trial.stage.part
+        old, new = without.stage(part), chain.present.stage(part)
+        if old is None or new is None or old.fit.independent >= new.fit.independent:
+            continue
+        errors = chain.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
+        if not on_data_left_out(step.trial.stage, errors, chain.options):
+            continue
+        _take_out_difference(chain, step, without)
+
+
+def _take_back_parts(chain: Chain, began: int) -> None:
+    """Take back effects of this part of the model, the last first, until the last explains most."""
+    while (effects := chain.since(began, Step)) and not _explained(chain, effects[-1]):
+        chain.drop(effects[-1], "part")
+        _take_back_needless_differences(chain, began)
+
+
+def _differences_explain(chain: Chain, began: int) -> bool:
+    """Do all parameters that differ from run to run together take most of what would be left without them?"""
+    steps = chain.since(began, VariationStep)
+    kept = {key: v for key, v in chain.present.model.varies.items() if key not in {s.key for s in steps}}
+    without = chain.refitted(chain.present.model.varying(kept))
+    before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
+    return _explains(steps[-1], before, after, chain.options)
+
+
+def _explained(chain: Chain, last: Step) -> bool:
+    """Does the last effect take most of what would be left without it?
+
+    Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
+    Then it has to take most of the error of the runs held out as well.
+    """
+    if not chain.present.model.varies:
+        errors = last.held_out.errors
+        return _explains(last, errors.judged_before, errors.judged_after, chain.options)
+    without = chain.refitted(chain.present.model.without(last.trial.effect.reference))
+    before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
+    stage = last.trial.stage
+    tested = chain.left_out.on_test_runs(stage, without.model, chain.present.model)
+    if tested is not None:
+        errors = tested.errors
+        if reduction(errors.judged_before, errors.judged_after, stage.channels) < chain.options.most:
+            return False
+    return _explains(last, before, after, chain.options)
+
+
+def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:
+    chain.take_out(step, without, partial(_without_difference, key=step.key))
+
+
+def _without_difference(model: Model, key: str) -> Model:
+    return model.varying({k: v for k, v in model.varies.items() if k != key})
+
+
+def _explains(last: Accepted, before: Misfit, after: Misfit, options: DiagnoseOptions) -> bool:
+    """Does the last change of a part of the model take most of what was left of the error of a sensor?
+
+    If not, it stands in for something else, that the library or the base model lacks. A sensor that was at its noise
+    before does not count: a joint refit moves the temperature a little, whatever the effect. Where the heat is not
+    explained, and the measured temperature drives the deformation, the effect has to bring the displacement near its
+    noise.
+    """
+    driven = last.trial.stage.drive == "measured"
+    channels = (c for c in last.trial.stage.channels if c in before.total)
+    for channel in (c for c in channels if before.above_noise(c) > options.worth_noise):
+        fall = before.mean_square(channel) - after.mean_square(channel)
+        close = after.mean_square(channel) <= options.near**2
+        needed = options.most if close and not driven else options.nearly_all
+        share = share_removed(before, after, channel)
+        if fall > options.worth_noise and share >= needed and (close or not driven):
+            return True
+    return False
