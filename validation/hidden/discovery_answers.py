@@ -80,8 +80,8 @@ ANSWERS: dict[str, tuple[Answer, ...]] = {
     # Linear in T - T_env; a gain of the heat balance and of what is behind it masks it.
     "emissivity_error": (Answer(("temperature_sensor",), ("temperature",), STRAIGHT),),
     "displacement_drift": (Answer(BEHIND, ("time",), STRAIGHT),),
-    # min(T, T_max): the one thing outside the library that is a function of a covariate.
-    "clipped_camera": (Answer(("temperature_sensor",), ("temperature",), ("ceiling", "threshold")),),
+    # min(T, T_max).
+    "temperature_clip": (Answer(("temperature_sensor",), ("temperature",), ("ceiling", "threshold")),),
 }
 
 DISTURBANCES = ("draught", "gusts", "laser_hops", "slipping_beam", "stray_light", "swaying_weight")
@@ -90,7 +90,7 @@ DISTURBANCES = ("draught", "gusts", "laser_hops", "slipping_beam", "stray_light"
 SIGNATURES: dict[str, tuple[str, ...]] = {
     "draught": ("period",),
     "swaying_weight": ("period",),
-    "clipped_camera": ("clipped",),
+    "temperature_clip": ("clipped",),
 }
 """Signatures that must be named where the effect is visible, any of them."""
 

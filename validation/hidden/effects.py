@@ -27,6 +27,7 @@ STRENGTH: dict[str, tuple[float, float]] = {
     "camera_lag": (0.08, 0.4),  # s
     "emissivity_error": (0.01, 0.05),
     "displacement_drift": (1e-7, 8e-7),  # m/s
+    "temperature_clip": (0.28, 0.42),  # share of the highest excess temperature that the camera does not show
     # not in the library of the product:
     "draught": (0.05, 0.25),  # relative change of the loss, a sine of 11 s
     "gusts": (0.05, 0.25),  # rms of the relative change of the loss, without a period
@@ -35,13 +36,11 @@ STRENGTH: dict[str, tuple[float, float]] = {
     "stray_light": (0.01, 0.05),  # W, mean of a light that is not the laser's and comes and goes in a minute
     "swaying_weight": (4e-6, 2e-5),  # m, amplitude of a pendulum of 1.1 s that hangs on the strip
     "sticking_guide": (1e-5, 5e-5),  # m before it breaks away
-    "clipped_camera": (0.28, 0.42),  # share of the highest excess temperature that the camera does not show
 }
 """Weak and clearly visible strength of everything that may be hidden."""
 
 OUTSIDE = (
     "draught", "gusts", "laser_hops", "slipping_beam", "stray_light", "swaying_weight", "sticking_guide",
-    "clipped_camera",
 )  # fmt: skip
 """Hidden things that the product has no effect for."""
 
@@ -51,5 +50,5 @@ LIGHT = ("laser_saturation", "laser_droop", "photobleaching", "laser_hops", "sli
 HISTORY = ("creep", "backlash", "residual_strain", "sticking_guide")
 """What happens to the displacement behind the strip."""
 
-SENSORS = ("camera_lag", "emissivity_error", "displacement_drift", "clipped_camera", "swaying_weight")
+SENSORS = ("camera_lag", "emissivity_error", "displacement_drift", "temperature_clip", "swaying_weight")
 """What happens in the sensors."""

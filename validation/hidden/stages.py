@@ -212,7 +212,7 @@ def camera(temperature_k: Floats, body: Body, hidden: Mapping[str, float]) -> Fl
         shown = _follow(shown, share * lag, shown[0])
     ambient = body.ambient + hidden.get("ambient_drift", 0.0) * np.arange(shown.size) * SAMPLE_S
     shown = shown - hidden.get("emissivity_error", 0.0) * (temperature_k - ambient)
-    clipped = hidden.get("clipped_camera", 0.0)
+    clipped = hidden.get("temperature_clip", 0.0)
     return np.minimum(shown, body.ambient + body.reach_k * (1.0 - clipped)) if clipped > 0.0 else shown
 
 

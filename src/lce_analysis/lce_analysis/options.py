@@ -161,6 +161,9 @@ class DiagnoseOptions:
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
         measured temperature has to drive the deformation, it must do both.
+    inflated : the last effect of the heat only resembles what is missing if what is left makes the squared standard
+        error of its strength so many times what noise alone would: up to 25 times were seen with the true effect, 40
+        and more with one that is much like it and clearly there.
     bent : the temperature may be explained worse, by this share, together with the displacement than alone. Where the
         heat alone leaves it beyond ``near`` times its noise, the two are not fitted together.
     explained : a sensor whose RMS error is within so many times its noise is explained.
@@ -206,6 +209,7 @@ class DiagnoseOptions:
     most: float = 0.55
     nearly_all: float = 0.9
     near: float = 2.0
+    inflated: float = 30.0
     bent: float = 0.2
     explained: float = 1.2
     compared_from: float = 1.1
@@ -238,7 +242,9 @@ class DiagnoseOptions:
         )
         _check_share(self, "alias_correlation")
         _check_at_least(self, 0.0, "worth_noise", "worse", "alike", "bent", "min_visibility", "alias_evidence")
-        _check_at_least(self, 1.0, "min_likelihood_ratio", "near", "explained", "compared_from", "other_begins")
+        _check_at_least(
+            self, 1.0, "min_likelihood_ratio", "near", "inflated", "explained", "compared_from", "other_begins"
+        )
         _check_positive(self, "agreement", "jump_size")
 
 

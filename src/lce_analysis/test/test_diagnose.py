@@ -64,6 +64,18 @@ def _strip_with(name: str) -> Model:
     return BASE.add(name).set({effect.strength_key: effect.typical})
 
 
+def test_a_loss_of_another_form_than_the_true_one_is_not_named() -> None:
+    """Beside both of them the true one is."""
+    loss, like_it = find("radiation"), find("natural_convection")
+    heat = default_model("lumped", "none").set({"lumped.gain": 60.0})
+    strip = heat.add("radiation").set({loss.strength_key: 0.7})
+    runs = [_run(name, strip) for name in WAVES]
+    found = diagnose(heat, runs[:2], runs[2:], [like_it])
+    assert found.verdict == "cannot_tell" and found.steps == ()
+    assert [c.reason.split(";")[0] for c in found.candidates] == ["it removes a part of the error"]
+    assert diagnose(heat, runs[:2], runs[2:], [like_it, loss]).as_json()["added"] == ["radiation"]
+
+
 def test_a_complete_model_is_adequate() -> None:
     found = diagnose(BASE, *_campaign(BASE), CANDIDATES)
     assert found.verdict == "adequate"

@@ -7,10 +7,11 @@ from typing import Self
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.misfit import Misfit, reduction
-from lce_analysis.diagnosis.stage_problem import StagedFit
-from lce_analysis.diagnosis.strength import strengths
+from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem
+from lce_analysis.diagnosis.strength import Strengths, strengths
 from lce_analysis.diagnosis.trial import Trial
 from lce_analysis.diagnosis.variation import VariationTrial
+from lce_model.effects import Effect
 
 
 @dataclass(frozen=True)
@@ -91,14 +92,18 @@ class Step(Change):
         trial = replace(self.trial, held_out=held_out)
         before, after = without.stage(trial.stage.part), with_it.stage(trial.stage.part)
         if before is not None and after is not None and set(before.channels) <= set(after.channels):
-            problem = after.fit.problem
-            free = [problem.model.values[i].key for i in problem.free]
-            # An effect that acts back on the heat is no part of the heat by itself.
-            if trial.effect.strength_key in free:
-                found = strengths(after.fit, free.index(trial.effect.strength_key))
+            found = strengths_in(after, trial.effect)
+            if found is not None:
                 trial = replace(trial, stage=before, fit=after.fit, gain=gained(before.fit, after.fit), strengths=found)
         return replace(step, trial=trial)
 
 
 Accepted = Step | VariationStep
 """A change of the model that was accepted."""
+
+
+def strengths_in(stage: StageProblem, effect: Effect) -> Strengths | None:
+    """The strength of an effect that a part of the model has; None if it has none: one that acts back on the heat."""
+    problem = stage.fit.problem
+    free = [problem.model.values[i].key for i in problem.free]
+    return strengths(stage.fit, free.index(effect.strength_key)) if effect.strength_key in free else None

@@ -3,7 +3,7 @@
 
 from functools import partial
 
-from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
+from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep, strengths_in
 from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import Misfit, reduction, share_removed
 from lce_analysis.diagnosis.stage_problem import StagedFit
@@ -93,6 +93,8 @@ def _explained(chain: Chain, last: Step) -> bool:
     Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
     Then it has to take most of the error of the runs held out as well.
     """
+    if _leaves_its_shape(chain, last):
+        return False
     if not chain.present.model.varies:
         errors = last.held_out.errors
         return _explains(last, errors.judged_before, errors.judged_after, chain.options)
@@ -105,6 +107,21 @@ def _explained(chain: Chain, last: Step) -> bool:
         if reduction(errors.judged_before, errors.judged_after, stage.channels) < chain.options.most:
             return False
     return _explains(last, before, after, chain.options)
+
+
+def _leaves_its_shape(chain: Chain, last: Step) -> bool:
+    """Does an effect of the heat leave what has its own shape, so that it only resembles what is missing?
+
+    With the true effect, noise is left, and the errors of its strength are those that noise gives it. A loss of another
+    form than the true one leaves a residual that pulls at its strength, one way here and the other way there: errors
+    clustered in time grow far beyond (the sandwich of White 1982 against the plain ones). A base model of the
+    deformation is hardly ever exact, and leaves as much beside the true effect: there this says nothing.
+    """
+    stage = chain.present.stage("heat")
+    if last.trial.stage.part != "heat" or stage is None:
+        return False
+    found = strengths_in(stage, last.trial.effect)
+    return found is not None and found.inflation > chain.options.inflated
 
 
 def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:
