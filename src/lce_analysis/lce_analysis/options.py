@@ -161,9 +161,9 @@ class DiagnoseOptions:
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
         measured temperature has to drive the deformation, it must do both.
-    inflated : the last effect of the heat only resembles what is missing if what is left makes the squared standard
-        error of its strength so many times what noise alone would: up to 25 times were seen with the true effect, 40
-        and more with one that is much like it and clearly there.
+    inflated : an effect with which the temperature is explained only resembles what is missing if what is left makes
+        the squared standard error of its strength so many times what noise alone would: up to 25 times were seen with
+        the true effect, 40 and more with one that is much like it and clearly there.
     bent : the temperature may be explained worse, by this share, together with the displacement than alone. Where the
         heat alone leaves it beyond ``near`` times its noise, the two are not fitted together.
     explained : a sensor whose RMS error is within so many times its noise is explained.

@@ -72,8 +72,23 @@ def test_a_loss_of_another_form_than_the_true_one_is_not_named() -> None:
     runs = [_run(name, strip) for name in WAVES]
     found = diagnose(heat, runs[:2], runs[2:], [like_it])
     assert found.verdict == "cannot_tell" and found.steps == ()
-    assert [c.reason.split(";")[0] for c in found.candidates] == ["it removes a part of the error"]
+    assert [c.reason for c in found.candidates] == [
+        "what it leaves still has its shape: it is much like what is missing, and not the same"
+    ]
+    (told,) = [s for s in found.sentences if "much like it" in s]
+    assert told.startswith("natural_convection explains most of it")
     assert diagnose(heat, runs[:2], runs[2:], [like_it, loss]).as_json()["added"] == ["radiation"]
+
+
+def test_an_effect_that_would_have_to_be_stronger_than_it_can_be_is_not_named() -> None:
+    """No surface radiates more than a black one."""
+    loss, like_it = find("natural_convection"), find("radiation")
+    heat = default_model("lumped", "none").set({"lumped.gain": 60.0})
+    strip = heat.add("natural_convection").set({loss.strength_key: 1.0})
+    runs = [_run(name, strip) for name in WAVES]
+    found = diagnose(heat, runs[:2], runs[2:], [like_it])
+    assert found.verdict == "cannot_tell" and found.steps == ()
+    assert [c.reason.split(",")[0] for c in found.candidates] == ["its strength is at its bound"]
 
 
 def test_a_complete_model_is_adequate() -> None:

@@ -7,7 +7,7 @@ from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep, stren
 from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import Misfit, reduction, share_removed
 from lce_analysis.diagnosis.stage_problem import StagedFit
-from lce_analysis.diagnosis.trial import gets_worse, on_data_left_out, rises
+from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
 from lce_analysis.options import DiagnoseOptions
 from lce_model import Model
 
@@ -73,8 +73,8 @@ def _take_back_needless_differences(chain: Chain, began: int) -> None:
 
 def _take_back_parts(chain: Chain, began: int) -> None:
     """Take back effects of this part of the model, the last first, until the last explains most."""
-    while (effects := chain.since(began, Step)) and not _explained(chain, effects[-1]):
-        chain.drop(effects[-1], "part")
+    while (effects := chain.since(began, Step)) and (reason := _stands_in(chain, effects[-1])):
+        chain.drop(effects[-1], reason)
         _take_back_needless_differences(chain, began)
 
 
@@ -87,14 +87,21 @@ def _differences_explain(chain: Chain, began: int) -> bool:
     return _explains(steps[-1], before, after, chain.options)
 
 
+def _stands_in(chain: Chain, last: Step) -> Objection:
+    """Why the last effect may stand in for something else; nothing if it is what was missing."""
+    if _leaves_its_shape(chain, last):
+        return "resembles"
+    if _is_at_a_bound(chain, last):
+        return "bound"
+    return "" if _explained(chain, last) else "part"
+
+
 def _explained(chain: Chain, last: Step) -> bool:
     """Does the last effect take most of what would be left without it?
 
     Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
     Then it has to take most of the error of the runs held out as well.
     """
-    if _leaves_its_shape(chain, last):
-        return False
     if not chain.present.model.varies:
         errors = last.held_out.errors
         return _explains(last, errors.judged_before, errors.judged_after, chain.options)
@@ -110,18 +117,31 @@ def _explained(chain: Chain, last: Step) -> bool:
 
 
 def _leaves_its_shape(chain: Chain, last: Step) -> bool:
-    """Does an effect of the heat leave what has its own shape, so that it only resembles what is missing?
+    """Does an effect that explains the temperature leave what has its own shape, and so only resemble the true one?
 
     With the true effect, noise is left, and the errors of its strength are those that noise gives it. A loss of another
-    form than the true one leaves a residual that pulls at its strength, one way here and the other way there: errors
-    clustered in time grow far beyond (the sandwich of White 1982 against the plain ones). A base model of the
-    deformation is hardly ever exact, and leaves as much beside the true effect: there this says nothing.
+    form leaves a residual that pulls at its strength, one way here and the other way there: errors clustered in time
+    grow far beyond (the sandwich of White 1982 against the plain ones). Where the temperature is not explained, the
+    base model lacks something else as well, and so it is with most of the deformation: there this says nothing.
     """
     stage = chain.present.stage("heat")
     if last.trial.stage.part != "heat" or stage is None:
         return False
+    if max(stage.fit.mean_squares.values()) > chain.options.explained**2:
+        return False
     found = strengths_in(stage, last.trial.effect)
     return found is not None and found.inflation > chain.options.inflated
+
+
+def _is_at_a_bound(chain: Chain, last: Step) -> bool:
+    """Would the effect have to be stronger than it can be, and even so leaves a sensor beyond its noise?"""
+    effect, stage = last.trial.effect, chain.present.stage(last.trial.stage.part)
+    left = [] if stage is None else [x for c, x in stage.fit.mean_squares.items() if c in last.trial.stage.channels]
+    if max(left, default=0.0) <= chain.options.explained**2:
+        return False
+    strength = chain.present.model.values[chain.present.model.index(effect.strength_key)]
+    bounds = [bound for bound in (strength.lower, strength.upper) if bound != effect.null]
+    return min(abs(strength.value - bound) for bound in bounds) <= AT_NULL * (strength.upper - strength.lower)
 
 
 def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:

@@ -20,6 +20,8 @@ REASON: Final[Mapping[Objection, str]] = {
     "": "nothing speaks against it, but another effect explains more",
     "less": "others explain more",
     "part": "it removes a part of the error; too much above the noise is left to name it",
+    "resembles": "what it leaves still has its shape: it is much like what is missing, and not the same",
+    "bound": "its strength is at its bound, and more than noise is left: it stands in for something else",
     "null": "refitted, its strength stays at zero or the error does not fall",
     "chance": "the error falls no more than chance would let it",
     "masked": "the free parameters of the model can do the same",
@@ -30,7 +32,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
     "base": "another base model explains more without it",
 }
-TRACES: Final = frozenset[Objection]({"small", "part"})
+TRACES: Final = frozenset[Objection]({"small", "part", "resembles", "bound"})
 
 
 @dataclass(frozen=True)

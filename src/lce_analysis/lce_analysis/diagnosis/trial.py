@@ -21,8 +21,9 @@ from lce_model.effects import Effect
 
 Floats = NDArray[np.float64]
 Objection = Literal[
-    "", "null", "chance", "masked", "worse", "small", "varies", "less", "part", "driven", "disturbed", "base"
-]
+    "", "null", "chance", "masked", "worse", "small", "varies", "less", "part", "resembles", "bound", "driven",
+    "disturbed", "base",
+]  # fmt: skip
 
 LONGEST_FIRST_STEP: Final = 0.3
 """Longest first step of a search variable, a tenth of its bounds. It and the lengths change how long a refit takes."""

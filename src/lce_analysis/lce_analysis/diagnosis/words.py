@@ -11,6 +11,7 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.stage_problem import Part
 from lce_analysis.diagnosis.structure import TOLD
+from lce_analysis.diagnosis.trial import Objection
 from lce_analysis.jumps import LEFT_OUT_S
 from lce_analysis.signatures.signature import DISCOVER
 from lce_data.channels import DISPLACEMENT, Channel
@@ -32,6 +33,14 @@ PARTS: Final[Mapping[Part, str]] = {
     "both": "the heat (P → T), and perhaps the deformation (T → d) behind it",
 }
 
+UNNAMED: Final[Mapping[Objection, str]] = {
+    "part": "explains a part of it{fall} and leaves too much to be named: it may stand in for something else, or it is "
+    "there and the base model is wrong as well",
+    "resembles": "explains most of it{fall}, but what it leaves still has its shape: something much like it is missing",
+    "bound": "explains a part of it{fall} with a strength at its bound, and leaves more than noise: it may stand in "
+    "for something else, or its bound is too narrow",
+}
+"""What the answer says of an effect that explains much and that it does not name."""
 AT_JUMPS: Final = 1.1
 """Error on every sample over that away from jumps, from which on it is reported."""
 DEFAULT_THERMAL: Final = "lumped"
@@ -98,15 +107,12 @@ def _with(deformation: str, effects: Sequence[str]) -> str:
 
 
 def _traces(found: Sequence[Candidate]) -> Iterator[str]:
-    """What explains a part of the error and is left unnamed, then what is too small to matter."""
-    parts = [c.trial for c in found if c.trial is not None and c.trial.objection == "part"]
-    for trial in parts:
-        fall = f" ({changes(trial.held_out.before, trial.held_out.after)})" if trial.held_out else ""
-        yield (
-            f"{trial.effect.name} explains a part of it{fall} and leaves too much to be named: it may stand in for "
-            "something else, or it is there and the base model is wrong as well."
-        )
-    small = [c.effect.name for c in found if c.trial not in parts]
+    """What explains much of the error and is left unnamed, and why; then what is too small to matter."""
+    small = [c.effect.name for c in found if c.trial is None or c.trial.objection not in UNNAMED]
+    for trial in (c.trial for c in found if c.trial is not None):
+        if trial.objection in UNNAMED:
+            fall = f" ({changes(trial.held_out.before, trial.held_out.after)})" if trial.held_out else ""
+            yield f"{trial.effect.name} {UNNAMED[trial.objection].format(fall=fall)}."
     if small:
         yield f"Significant, but too small to matter: {', '.join(small)}."
 
