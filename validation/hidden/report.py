@@ -101,12 +101,12 @@ def family_table(results: Sequence[Result], family: Family) -> list[str]:
         bar = gate.bars[0 if family.exact else 1]
         wanted = "" if bar is None else "all" if bar == 1.0 else f"≥ {bar:.0%}"
         lines.append(f"| {gate.name} | {wanted} | {_share(gate.passed)} |")
-    lines.append(_false_line(of_kind(results, "nothing", "one", "two"), 0.05 if family.exact else 0.15))
+    lines.append(_false_line(results, family.exact))
     return [*lines, *_names_lines(results), "", *_numbers(results)]
 
 
 def overview(results: Sequence[Result]) -> list[str]:
-    """A line for each family: the share that passed each gate with a bar, bold where it missed it."""
+    """A line for each family: what passed each gate with a bar, and false additions; bold where it missed its bar."""
     rows, names = [], []
     for family in FAMILIES.values():
         if not (members := [r for r in results if r["family"] == family.name]):
@@ -114,11 +114,24 @@ def overview(results: Sequence[Result]) -> list[str]:
         found = {g.name: g for g in gates(members, family) if any(bar is not None for bar in g.bars)}
         names += [name for name in found if name not in names]
         rows.append((family, len(members), found))
-    lines = [f"| family | cases | {' | '.join(names)} |", "|---" * (len(names) + 2) + "|"]
+    lines = [f"| family | cases | {' | '.join(names)} | false additions |", "|---" * (len(names) + 3) + "|"]
     for family, size, found in rows:
         cells = [_cell(found.get(name), family.exact) for name in names]
-        lines.append(f"| {family.name} | {size} | {' | '.join(cells)} |")
+        false = _false_cell([r for r in results if r["family"] == family.name], family.exact)
+        lines.append(f"| {family.name} | {size} | {' | '.join(cells)} | {false} |")
     return lines
+
+
+def _false_cell(members: Sequence[Result], exact: bool) -> str:
+    count, size, bar = _false(members, exact)
+    words = f"{count} in {size}"
+    return words if count <= bar * size else f"**{words}**"
+
+
+def _false(members: Sequence[Result], exact: bool) -> tuple[int, int, float]:
+    """False additions, the cases that count for them, and how many a case may have."""
+    counted = of_kind(members, "nothing", "one", "two")
+    return sum(false_additions(r) for r in counted), len(counted), 0.05 if exact else 0.15
 
 
 def _cell(gate: Gate | None, exact: bool) -> str:
@@ -137,12 +150,12 @@ def _share(passed: list[bool]) -> str:
     return f"{count} of {size} | {count / size:.0%} | {interval.low:.0%}–{interval.high:.0%}"
 
 
-def _false_line(members: list[Result], bar: float) -> str:
+def _false_line(members: Sequence[Result], exact: bool) -> str:
     """False additions per case, with the interval of a Poisson count."""
+    count, size, bar = _false(members, exact)
     name = f"| false additions a case (nothing, one or two hidden) | ≤ {bar} |"
-    if not members:
+    if not size:
         return f"{name} no case | | |"
-    count, size = sum(false_additions(r) for r in members), len(members)
     low = chi2.ppf(0.025, 2 * count) / 2.0 if count else 0.0
     high = chi2.ppf(0.975, 2 * count + 2) / 2.0
     return f"{name} {count} in {size} | {count / size:.2f} | {low / size:.2f}–{high / size:.2f} |"
