@@ -156,7 +156,8 @@ class DiagnoseOptions:
         by more than ``bent``; that behind the heat by more than half of what the temperature gains, too.
     agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
         include the spread from run to run.
-    alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors.
+    alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors,
+        of that of all runs as well where it is significant.
     most, nearly_all, near : the last effect of a part of the model must take away the share ``most`` of what was left
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise: what takes less stands in for something that neither the library nor the base model holds. Where the

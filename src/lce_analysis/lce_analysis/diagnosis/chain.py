@@ -30,6 +30,8 @@ from lce_model.effects import Effect
 Kind = TypeVar("Kind", Step, VariationStep)
 FINE: Final = 15
 """Iterations of a refit on every sample, at most: it begins at the optimum of the coarser grid, close to its own."""
+OTHER_STARTS: Final = 1
+"""Seed of an identification from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
 
@@ -116,7 +118,8 @@ class Chain:
         """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
         runs = [run_input.run for run_input in self.coarse.inputs]
         # Stage by stage, as the model is refitted then: both at once take most of the time of an identification.
-        found = identify(present.model, runs, FitOptions(drive=present.drive, reweighted=0), self.progress)
+        options = FitOptions(drive=present.drive, reweighted=0, seed=OTHER_STARTS)
+        found = identify(present.model, runs, options, self.progress)
         anew = self.refitted(found.model)
         return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
 

@@ -213,7 +213,7 @@ class Search(Chain):
 
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
         after = self.refitted(self.with_effect_of(trial))
-        if trial.stage.part != "heat" and after.worst_behind_heat > self.options.near:
+        if trial.stage.part != "heat" and after.worst_behind_heat > self.options.explained:
             after, trial = self._searched_anew(after, trial)
         train, held_out = self.between(self.present, after, trial.held_out, after.drive)
         return Step(self.present, after, train, held_out, trial, alias_set)

@@ -186,7 +186,8 @@ def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool
     """
     if differs_between_runs_only(trial.effect, [i.run for i in trial.fit.problem.inputs]):
         return True
-    mean, null = strengths.mean, trial.effect.null
-    distance = abs(strengths.overall.value - mean.value)
-    alike = distance <= max(options.agreement * mean.standard_error, options.alike * abs(mean.value - null))
+    overall, mean, null = strengths.overall, strengths.mean, trial.effect.null
+    shown = [e.standard_error for e in (mean, overall) if abs(e.value - null) > options.agreement * e.standard_error]
+    distance = abs(overall.value - mean.value)
+    alike = distance <= max(options.agreement * max(shown, default=0.0), options.alike * abs(mean.value - null))
     return alike and abs(mean.value - null) > options.agreement * mean.standard_error
