@@ -19,7 +19,7 @@ from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_data.waveforms import RATE_HZ, SHAPES
 from lce_model import Model, default_model, simulate
-from lce_model.effects import find
+from lce_model.effects import Effect, find
 
 BASE = default_model("lumped", "equilibrium")
 NAMES = ("creep", "thermal_gradient", "ambient_drift", "displacement_drift", "radiation")
@@ -64,12 +64,17 @@ def _strip_with(name: str) -> Model:
     return BASE.add(name).set({effect.strength_key: effect.typical})
 
 
+def _heated(loss: Effect, strength: float) -> tuple[Model, list[Run]]:
+    """The heat balance without a loss, and runs of a strip that has it."""
+    heat = default_model("lumped", "none").set({"lumped.gain": 60.0})
+    strip = heat.add(loss.reference).set({loss.strength_key: strength})
+    return heat, [_run(name, strip) for name in WAVES]
+
+
 def test_a_loss_of_another_form_than_the_true_one_is_not_named() -> None:
     """Beside both of them the true one is."""
     loss, like_it = find("radiation"), find("natural_convection")
-    heat = default_model("lumped", "none").set({"lumped.gain": 60.0})
-    strip = heat.add("radiation").set({loss.strength_key: 0.7})
-    runs = [_run(name, strip) for name in WAVES]
+    heat, runs = _heated(loss, 0.7)
     found = diagnose(heat, runs[:2], runs[2:], [like_it])
     assert found.verdict == "cannot_tell" and found.steps == ()
     assert [c.reason for c in found.candidates] == [
@@ -83,9 +88,7 @@ def test_a_loss_of_another_form_than_the_true_one_is_not_named() -> None:
 def test_an_effect_that_would_have_to_be_stronger_than_it_can_be_is_not_named() -> None:
     """No surface radiates more than a black one."""
     loss, like_it = find("natural_convection"), find("radiation")
-    heat = default_model("lumped", "none").set({"lumped.gain": 60.0})
-    strip = heat.add("natural_convection").set({loss.strength_key: 1.0})
-    runs = [_run(name, strip) for name in WAVES]
+    heat, runs = _heated(loss, 1.0)
     found = diagnose(heat, runs[:2], runs[2:], [like_it])
     assert found.verdict == "cannot_tell" and found.steps == ()
     assert [c.reason.split(",")[0] for c in found.candidates] == ["its strength is at its bound"]
