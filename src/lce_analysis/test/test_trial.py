@@ -106,6 +106,13 @@ def test_correlated_residuals_raise_the_price() -> None:
     assert _objection(gain=11.0 * price, strengths=inflated) == ""
 
 
+@pytest.mark.parametrize(("error", "found"), [(0.02, ""), (0.001, "varies"), (0.06, "varies")])
+def test_a_strength_of_all_runs_is_as_sure_as_its_own_error(error: float, found: str) -> None:
+    """It may differ from the mean of the runs by twice that error; one that is not significant allows nothing."""
+    runs = _strengths(*[0.04] * 6, error=0.02)
+    assert _objection(strengths=replace(runs, overall=Estimate(0.065, error))) == found
+
+
 def test_an_effect_that_the_free_parameters_mask() -> None:
     assert _objection(score=replace(SCORE, visibility=0.5 * OPTIONS.min_visibility)) == "masked"
 
