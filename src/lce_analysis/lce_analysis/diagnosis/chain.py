@@ -15,8 +15,7 @@ from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit, carried, refit_stages, with_candidates
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.identification.identify import check_runs
-from lce_analysis.identification.identify import fit as identify
+from lce_analysis.identification.identify import check_runs, rough_fit
 from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive, FitOptions
 from lce_analysis.prediction import simulation_input, with_ambient_at_rest
@@ -117,10 +116,8 @@ class Chain:
     def identified_anew(self, present: StagedFit) -> StagedFit | None:
         """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
         runs = [run_input.run for run_input in self.coarse.inputs]
-        # Stage by stage, as the model is refitted then: both at once take most of the time of an identification.
-        options = FitOptions(drive=present.drive, reweighted=0, seed=OTHER_STARTS)
-        found = identify(present.model, runs, options, self.progress)
-        anew = self.refitted(found.model)
+        options = FitOptions(drive=present.drive, seed=OTHER_STARTS)
+        anew = self.refitted(rough_fit(present.model, runs, options, self.progress))
         return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
 
     def between(

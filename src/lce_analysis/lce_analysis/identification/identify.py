@@ -11,6 +11,7 @@
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,14 +97,19 @@ def fit(
     >>> result = lce.fit(lce.default_model("lumped", "equilibrium"), runs)  # doctest: +SKIP
     >>> lce.save_model(result.model, "m.yaml")  # doctest: +SKIP
     """
-    if not runs:
-        raise LceError("no runs to fit")
-    check_runs(model, runs, options)
-    model = with_ambient_at_rest(reaching(model, runs), runs)
-    for run in runs:
-        check_inputs(run, model.terms)
-    inputs = [simulation_input(run, model) for run in runs]
-    return _Search(model, inputs, options, watched(progress, cancel)).result()
+    return _Search.of(model, runs, options, watched(progress, cancel)).result()
+
+
+def rough_fit(model: Model, runs: Sequence[Run], options: FitOptions, progress: Progress) -> Model:
+    """The stages identified one after the other on the grids of their searches: where a refit may begin.
+
+    Raises KeyboardInterrupt where :func:`fit` would end with what it has.
+    """
+    search = _Search.of(model, runs, options, progress)
+    search.stages()
+    if search.interrupted:
+        raise KeyboardInterrupt
+    return search.model
 
 
 def fit_each(
@@ -161,6 +167,17 @@ class _Search:
         self.starts = np.array([i.start_k if np.isfinite(i.start_k) else self._at_rest_k(i) for i in inputs])
         self.evaluations = 0
         self.interrupted = False
+
+    @classmethod
+    def of(cls, model: Model, runs: Sequence[Run], options: FitOptions, progress: Progress) -> Self:
+        """Raise LceError if the runs do not hold what the model needs."""
+        if not runs:
+            raise LceError("no runs to fit")
+        check_runs(model, runs, options)
+        model = with_ambient_at_rest(reaching(model, runs), runs)
+        for run in runs:
+            check_inputs(run, model.terms)
+        return cls(model, [simulation_input(run, model) for run in runs], options, progress)
 
     def _lay_out(self, inputs: Sequence[SimulationInput]) -> None:
         """Search on these, with the noise of their sensors."""
@@ -424,14 +441,19 @@ class _Search:
         self._adopt_deformation(found)
         return replace(found, model=self.model)
 
-    def result(self) -> FitResult:
+    def stages(self) -> tuple[Problem | None, Problem | None]:
+        """Steps 1 and 2, on a coarser grid where a run is long."""
         every = self.inputs
         if any(is_long(i) for i in every):
             self._lay_out([coarse(i) if is_long(i) else i for i in every])
         thermal = self.thermal()
         deformation = None if self.interrupted else self.deformation()
         if any(is_long(i) for i in every) and not self.interrupted:
-            thermal, deformation = self._on_every_sample(every, thermal, deformation)
+            return self._on_every_sample(every, thermal, deformation)
+        return thermal, deformation
+
+    def result(self) -> FitResult:
+        thermal, deformation = self.stages()
         together = self.options.drive == "model" and self.options.reweighted > 0
         if thermal is not None and deformation is not None and together:
             problem = self.joint(thermal, deformation)
