@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from lce_analysis.identification import fit, fit_each
+from lce_analysis.identification.identify import rough_fit
 from lce_analysis.identification.stages import thermal_stage
 from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.experiment_file import Conditions, Experiment
+from lce_data.progress import Progress
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
@@ -109,20 +111,30 @@ def test_a_run_that_begins_under_power_has_a_step_in_it() -> None:
         fit(default_model("lumped", "none"), [lit.with_series(TEMPERATURE, Series(time, 320.0 + noise))])
 
 
-def test_ctrl_c_leaves_the_best_so_far() -> None:
+def impatient() -> Progress:
+    """A progress that is interrupted, as by Ctrl-C, at its 25th call."""
     calls = 0
 
-    def impatient(label: str, done: int, total: int, rms: float) -> None:
+    def progress(label: str, done: int, total: int, rms: float) -> None:
         nonlocal calls
         calls += 1
         if calls == 25:
             raise KeyboardInterrupt
 
-    found = fit(default_model(), runs_of(default_model(), 0), progress=impatient)
+    return progress
+
+
+def test_ctrl_c_leaves_the_best_so_far() -> None:
+    found = fit(default_model(), runs_of(default_model(), 0), progress=impatient())
     assert found.interrupted
     assert found.model.fit["interrupted"] is True
     assert found.identifiability is None
     assert all(value.standard_error is None for value in found.model.values)
+
+
+def test_ctrl_c_ends_a_rough_fit() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        rough_fit(default_model(), runs_of(default_model(), 0), FitOptions(), impatient())
 
 
 @pytest.mark.parametrize(
