@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small campaigns with something hidden; how well the method does is measured by `make hidden`."""
 
+import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +14,7 @@ from lce_analysis.diagnosis.diagnosis import Column
 from lce_analysis.diagnosis.linearized_fit import linearised, optimum
 from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.search import Search
+from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
@@ -184,6 +187,31 @@ def test_without_a_run_held_out_runs_are_left_out_or_blocks_of_a_single_one(runs
         assert [s.added for s in found.steps] == ["creep"]
 
 
+def test_runs_held_out_without_a_displacement_do_not_judge_the_deformation() -> None:
+    train, (test,) = _campaign(_strip_with("creep"))
+    found = diagnose(BASE, train, [test.with_series(DISPLACEMENT, None)], CANDIDATES)
+    (step,) = found.steps
+    assert (step.added, step.held_out.how) == ("creep", "each run in turn")
+    (told,) = [s for s in found.sentences if "held out show no displacement" in s]
+    assert told.startswith("The runs held out show no displacement: to judge that, each run was left out in turn.")
+
+
+def test_a_displacement_held_out_that_never_changes_has_no_relative_error() -> None:
+    train, (test,) = _campaign(BASE)
+    still = test.series[DISPLACEMENT]
+    flat = test.with_series(DISPLACEMENT, Series(still.time_s, np.zeros_like(still.value)))
+    record = diagnose(BASE, train, [flat], CANDIDATES).as_json()
+    assert record["error"]["test"]["after"]["displacement_nrmse"] is None
+    assert record["error"]["test"]["after"]["temperature_nrmse"] > 0.0
+
+
+def test_an_effect_that_begins_at_a_time_of_its_own_is_no_candidate_beside_a_run_held_out() -> None:
+    train, test = _campaign(BASE)
+    step = find("loss_step")
+    assert diagnose(BASE, train[:1], effects=[step]).not_examined == {}
+    assert list(diagnose(BASE, train[:1], test, [step]).not_examined) == ["loss_step"]
+
+
 def test_a_thermal_model_is_diagnosed_on_runs_that_hold_a_displacement_too() -> None:
     strip = BASE.add("ambient_drift").set({"ambient_drift.rate": 0.02})
     train, test = _campaign(strip)
@@ -196,6 +224,11 @@ def test_the_record_has_every_key_of_the_contract() -> None:
     train, test = _campaign(_strip_with("creep"))
     found = diagnose(BASE, train, test, CANDIDATES)
     record = found.as_json()
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+    unknown = Estimate(1.0, math.inf)
+    trial = replace(found.steps[0].trial, strengths=replace(found.steps[0].trial.strengths, overall=unknown))
+    undetermined = replace(found, candidates=(replace(found.candidates[0], trial=trial),)).as_json()
+    assert undetermined["candidates"][0]["strength"] == [1.0, None]
     assert set(record) == KEYS
     assert {c["effect"] for c in record["candidates"]} == set(NAMES)
     assert set(record["candidates"][0]) == CANDIDATE_KEYS

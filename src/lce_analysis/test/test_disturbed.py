@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from lce_analysis.diagnosis.disturbed import lives_on, outside
 from lce_analysis.signatures import Picture, ResidualSeries, Signature
 from lce_analysis.signatures.signature import Name
-from lce_data.channels import TEMPERATURE
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 
 Floats = NDArray[np.float64]
 TIME_S = np.arange(0.0, 100.0, 0.1)
@@ -46,6 +46,14 @@ def test_only_the_end_of_the_range_itself_may_gain_where_the_camera_is_clipped()
     found = [seen("clipped", 298.0 + 30.0 - 273.15)]
     assert lives_on("radiation", found, before, after)
     assert not lives_on("temperature_clip", found, before, after)
+
+
+def test_readings_near_the_end_of_a_range_are_those_of_that_sensor() -> None:
+    """The noise of a displacement of the same run, in metres, is a thousandth of that of the temperature."""
+    shown = np.minimum(EXCESS_K, 30.0)
+    before, after = beside(EXCESS_K, shown), beside(shown, shown)
+    both = [ResidualSeries("run", DISPLACEMENT, TIME_S, 0.0 * TIME_S, 0.0 * TIME_S, 4e-6)]
+    assert lives_on("radiation", [seen("clipped", 298.0 + 30.0 - 273.15)], [*before, *both], [*after, *both])
 
 
 def test_a_signature_that_accounts_for_little_is_beside_the_point() -> None:

@@ -93,6 +93,15 @@ def test_test_runs_are_simulated_as_they_are(whole: Model, drifting: Callable[..
     assert found.after.rms[DISPLACEMENT] == pytest.approx(1.0, abs=0.05)
 
 
+def test_runs_that_do_not_show_the_sensor_of_a_stage_do_not_judge_it(
+    whole: Model, drifting: Callable[..., list[Run]]
+) -> None:
+    *train, test = drifting(RATE, RATE, RATE)
+    found, _ = _left_out(whole, train, [test.with_series(DISPLACEMENT, None)])
+    assert (found.how, found.names) == ("each run in turn", ("run 0", "run 1"))
+    assert found.before.rms[DISPLACEMENT] > 1.5 > found.after.rms[DISPLACEMENT]
+
+
 def test_the_refit_without_a_run_does_not_see_it(whole: Model, drifting: Callable[..., list[Run]]) -> None:
     runs = drifting(RATE, 0.0, 0.0)
     found, refitted = _left_out(whole, runs)

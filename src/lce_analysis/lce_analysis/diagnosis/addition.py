@@ -85,7 +85,7 @@ def add_effect(
     model : to which it is added.
     effect : a name of the library, the path of an effect file, or an effect (with other bounds than its own).
     runs : what the model is fitted to.
-    test_runs : held out; only the errors before and after are computed on them.
+    test_runs : held out; they decide whether the effect is confirmed. Without them each run is left out in turn.
     options : when an effect counts as confirmed.
     progress : called after each step.
     cancel : stops between two steps and raises Cancelled.

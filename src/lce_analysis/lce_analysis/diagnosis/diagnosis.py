@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The answer of a diagnosis: verdict, what was added and why, the error in three columns, and what is left."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -17,6 +18,7 @@ from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import Part, StagedFit
+from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.words import in_words
@@ -30,7 +32,7 @@ from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.noise import sensor_noise
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
-from lce_model import Model, Variation
+from lce_model import Model, RunValue, Variation
 from lce_model.effects import Effect, library
 
 Floats = NDArray[np.float64]
@@ -68,12 +70,12 @@ class Diagnosis:
     drive : what drove the deformation when it was judged.
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.
-    candidates : one per effect of the library, sorted by what decides.
+    candidates : one per effect that was examined, sorted by what decides.
     not_examined : the effects that are no candidates beside these runs, and why, in words.
     at_bounds : parameters that the final model has at a bound; not looked for where nothing is missing.
     rest : what the residual still depends on, strongest first.
     signatures : what the residual of the final model shows, strongest first.
-    fingerprint : what is left, in words; empty if it is noise.
+    fingerprint : what is left, in words; empty unless the verdict is "unexplained".
     other_base : a base model that explains the displacement better, with what it lacks; None if none was found.
     train, test : the errors of the three models.
     away_from_jumps : of the final model beside ``runs``, on the samples away from jumps of the displacement.
@@ -175,14 +177,20 @@ def _step_json(step: Step, runs: Sequence[str]) -> dict[str, Any]:
         "set": list(step.alias_set),
         "predicted_fall": step.predicted_reduction,
         "actual_fall": step.actual_reduction,
-        "strength_by_run": {name: None if e is None else [e.value, e.standard_error] for name, e in by_run.items()},
+        "strength_by_run": {name: None if e is None else _estimate_json(e) for name, e in by_run.items()},
         "left_out": step.held_out.how,
         "held_out": {"before": _over_noise(step.held_out.before), "after": _over_noise(step.held_out.after)},
     }
 
 
+def _estimate_json(found: Estimate | RunValue) -> list[float | None]:
+    """Value and standard error; JSON knows no infinity, so an error that is undetermined is null."""
+    error = found.standard_error
+    return [found.value, error if error is not None and math.isfinite(error) else None]
+
+
 def _by_run_json(variation: Variation) -> dict[str, list[float | None]]:
-    return {name: [own.value, own.standard_error] for name, own in variation.by_run.items()}
+    return {name: _estimate_json(own) for name, own in variation.by_run.items()}
 
 
 def _candidate_json(c: Candidate) -> dict[str, Any]:
@@ -198,7 +206,7 @@ def _candidate_json(c: Candidate) -> dict[str, Any]:
         "expected_strength": c.score.expected_strength,
         "predicted_fall": c.predicted_reduction,
         "actual_fall": c.actual_reduction,
-        "strength": None if c.strength is None else [c.strength.value, c.strength.standard_error],
+        "strength": None if c.strength is None else _estimate_json(c.strength),
         "held_out": None
         if held_out is None
         else {"before": _over_noise(held_out.before), "after": _over_noise(held_out.after)},
@@ -294,7 +302,8 @@ def diagnose(
 
 def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run]) -> str:
     """Why an effect is no candidate beside these runs; empty if it is one."""
-    return EVENT if effect.in_durations and len(runs) > 1 else lacks(effect, [*runs, *test_runs])
+    every = [*runs, *test_runs]
+    return EVENT if effect.in_durations and len(every) > 1 else lacks(effect, every)
 
 
 def compared_bases(search: Search, bases: OtherBases) -> OtherBase | None:
@@ -312,7 +321,9 @@ def _verdict(search: Search) -> Verdict:
         return "missing"
     if search.present.worst <= search.options.explained:
         return "adequate"
-    return "cannot_tell" if any(_doubtful(t, search.options) for t in search.trials.tried.values()) else "unexplained"
+    left = {channel for channel, x in search.present.mean_squares.items() if x > search.options.explained**2}
+    open_trials = [t for t in search.trials.tried.values() if left & set(t.stage.channels)]
+    return "cannot_tell" if any(_doubtful(t, search.options) for t in open_trials) else "unexplained"
 
 
 def _doubtful(trial: Trial, options: DiagnoseOptions) -> bool:
@@ -353,7 +364,7 @@ def error_table(search: Search, models: Mapping[Column, Model], judged: JudgedRu
 
 
 def errors(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Errors:
-    """NRMSE over all the runs together; None for a channel that was not measured."""
+    """NRMSE over all the runs together; None for a channel that was not measured, or never changes."""
     modelled: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     measured: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     for run in runs:
@@ -361,6 +372,8 @@ def errors(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Errors:
             modelled[channel].append(values)
             measured[channel].append(run.series[channel].value)
     return {
-        f"{channel.name}_nrmse": nrmse(np.concatenate(values), np.concatenate(measured[channel])) if values else None
+        f"{channel.name}_nrmse": nrmse(np.concatenate(values), np.concatenate(measured[channel]))
+        if values and np.ptp(np.concatenate(measured[channel])) > 0.0
+        else None
         for channel, values in modelled.items()
     }

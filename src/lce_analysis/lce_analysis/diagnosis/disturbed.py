@@ -84,7 +84,8 @@ Change = tuple[Channel, Callable[[ResidualSeries, Floats], Floats]]
 
 def _without(signature: Signature, before: Series) -> Change:
     """Take a signature out of a residual."""
-    end, noise = signature.channel.recorded.to_si(signature.value), {s.run: s.noise for s in before}
+    end = signature.channel.recorded.to_si(signature.value)
+    noise = {s.run: s.noise for s in before if s.channel is signature.channel}
 
     def not_clipped(series: ResidualSeries, residual: Floats) -> Floats:
         return np.where(np.abs(series.measured - end) < 4.0 * noise[series.run], 0.0, residual)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an effect is worth on data that it was not fitted to.
 
-Runs held out by the user decide. Without any, each run is left out in turn, and the model is refitted to the others.
+Runs held out by the user decide, if they show what the stage ends in. Without such runs, each run is left out in turn,
+and the model is refitted to the others.
 With a single run, and where something differs from run to run, blocks of every run are left out: what a run has of its
 own only the rest of that run can tell. An effect beside which something differs has to help on the runs held out as
 well, each of which then has a value of its own.
@@ -19,7 +20,7 @@ from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
 from lce_analysis.diagnosis.stage_problem import Data, StageProblem
 from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
 from lce_analysis.identification.stages import acts_on_temperature
-from lce_analysis.prediction import model_of_run, simulation_input, start_temperature
+from lce_analysis.prediction import MECHANICAL, model_of_run, simulation_input, start_temperature
 from lce_data.channels import Channel
 from lce_data.progress import Progress
 from lce_model import Model
@@ -66,11 +67,17 @@ class DataLeftOut:
         self.judged, self.tests, self.progress = judged, tests, progress
         self._refits: dict[tuple[int, LeftOut], tuple[Problem, Sequence[Problem]]] = {}
 
-    def how(self, problem: Problem) -> LeftOut:
-        """What is left out to judge a problem."""
-        if problem.model.varies or (len(self.judged.runs) < 2 and not self.tests.runs):
+    def how(self, stage: StageProblem, problem: Problem) -> LeftOut:
+        """What is left out to judge a problem of a stage."""
+        tested = self._tested(stage)
+        if problem.model.varies or (len(self.judged.runs) < 2 and not tested):
             return "each block in turn"
-        return "test runs" if self.tests.runs else "each run in turn"
+        return "test runs" if tested else "each run in turn"
+
+    def _tested(self, stage: StageProblem) -> bool:
+        """Do the runs held out show what a stage ends in: the deformation, or else the temperature?"""
+        ends = {c for c in stage.channels if c in MECHANICAL} or set(stage.channels)
+        return ends <= {channel for run in self.tests.runs for channel in run.measured}
 
     def names(self, how: LeftOut) -> tuple[str, ...]:
         """Of the runs or blocks left out."""
@@ -81,7 +88,7 @@ class DataLeftOut:
 
     def errors(self, stage: StageProblem, with_it: Problem, effect: str) -> HeldOut:
         """Errors of a stage without and with an effect, refitted without what is left out."""
-        without, how = stage.fit.problem, self.how(with_it)
+        without, how = stage.fit.problem, self.how(stage, with_it)
         if how == "test runs":
             errors = self.tests.pair(without.model, with_it.model, stage.drive, stage.channels)
         elif how == "each run in turn":
@@ -97,7 +104,7 @@ class DataLeftOut:
 
         What differs takes, in both models, the value that explains a run best: it is not what is judged.
         """
-        if not with_it.varies or not self.tests.runs:
+        if not with_it.varies or not self._tested(stage):
             return None
         pairs = []
         for one in (self.tests.only(i) for i in range(len(self.tests.runs))):

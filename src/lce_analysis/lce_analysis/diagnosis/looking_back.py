@@ -63,7 +63,9 @@ def _take_back_needless_differences(chain: Chain, began: int) -> None:
         without = chain.refitted(_without_difference(chain.present.model, step.key))
         part = step.trial.stage.part
         old, new = without.stage(part), chain.present.stage(part)
-        if old is None or new is None or old.fit.independent >= new.fit.independent:
+        if old is None or new is None or old.channels != new.channels:
+            continue
+        if old.fit.independent >= new.fit.independent:
             continue
         errors = chain.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
         if not on_data_left_out(step.trial.stage, errors, chain.options):

@@ -3,7 +3,7 @@
 
 Effects can mend a base model that has the wrong form, and are named for what is not there. So where the displacement
 is left above its noise, the other physical base models are identified from the same runs, without effects of the
-deformation. The best of them are searched for effects too, and what one leaves in the end is judged on the same data.
+deformation. The most promising are searched for effects too, and what one leaves in the end is judged on the same data.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from lce_model.effects import find
 
 BASES: Final = ("equilibrium", "kinetic", "dynamic")
 """The physical deformation models, the quickest first."""
+QUICKEST: Final = "equilibrium"
+"""The one whose search takes a few seconds."""
 SLOW: Final = "dynamic"
 """The one whose identification takes a search for the global minimum."""
 QUICK: Final = FitOptions(random_guesses=400, starts=4, reweighted=0)
@@ -120,7 +122,8 @@ class OtherBases:
     def _begin_well(self) -> list[Model]:
         """Those worth a search, without effects of the deformation: the one that leaves least, and what comes close.
 
-        What is missing may look like the wrong form. The slow one is searched only if it leaves least.
+        What is missing may look like the wrong form, as a transition that takes time looks like the kinetic model. The
+        slow one is searched only if it leaves least; the quickest always, the last if it begins badly.
         """
         search = self._search
         others = [model for name in BASES if (model := _identified(name, search)) is not None]
@@ -128,7 +131,8 @@ class OtherBases:
         least = min(left, default=0.0)
         limit = search.options.other_begins * min(least, _left(search, _before_deformation(search).model))
         close = [(other, x) for other, x in zip(others, left, strict=True) if x <= limit]
-        return [other for other, x in close if x == least or other.deformation != SLOW]
+        well = [other for other, x in close if x == least or other.deformation != SLOW]
+        return well + [other for other in others if well and other.deformation == QUICKEST and other not in well]
 
     @cached_property
     def _found(self) -> tuple[Model, tuple[Step, ...]]:
@@ -159,7 +163,7 @@ class OtherBases:
         def hopeless(trial: Model) -> bool:
             return near and _left(search, trial) > options.near**2
 
-        found = _searched(model, search, hopeless)
+        found = _search_beside(model, search, hopeless)
         return found.present.model, tuple(found.steps)
 
 
@@ -186,7 +190,7 @@ def _identified(deformation: str, search: Search) -> Model | None:
     return found.model if found.model.predicts(DISPLACEMENT) else None
 
 
-def _searched(model: Model, search: Search, given_up: Callable[[Model], bool]) -> Search:
+def _search_beside(model: Model, search: Search, given_up: Callable[[Model], bool]) -> Search:
     """The same runs, searched for what another base model lacks; of the heat only where that is not explained."""
     heat = search.present.mean_squares.get(TEMPERATURE, 0.0) > search.options.explained**2
     own = [effect for effect in search.candidates if heat or not acts_on_temperature(effect)]

@@ -127,7 +127,8 @@ class ScoreTestResult:
         low, high = spec.lower - effect.null, spec.upper - effect.null
         change = float(np.clip(self.plain.strength[j], low, high))
         white_change = float(np.clip(self.white.strength[j], low, high))
-        evidence = max(0.0, self.white.reduction_at(j, white_change) / self.s2)
+        # Where the free parameters and the directions explain everything, no noise is left to compare with.
+        evidence = max(0.0, self.white.reduction_at(j, white_change) / self.s2) if self.s2 > 0.0 else 0.0
         count = sum(other.effect is effect for other in self.directions)
         norm = self.white.after[j, j]
         return Score(

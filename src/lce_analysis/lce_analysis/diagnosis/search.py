@@ -221,7 +221,7 @@ class Search(Chain):
     def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
         """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""
         anew = self.identified_anew(fit)
-        if anew is None or anew.deformation is None:
+        if anew is None or anew.deformation is None or not set(trial.stage.channels) <= set(anew.deformation.channels):
             return fit, trial
         problem = anew.deformation.fit.problem
         return anew, replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))

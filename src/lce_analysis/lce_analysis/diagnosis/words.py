@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from lce_analysis.diagnosis.accepted import Step, VariationStep
     from lce_analysis.diagnosis.diagnosis import Diagnosis
     from lce_analysis.diagnosis.other_base import OtherBase
-    from lce_analysis.diagnosis.ranking import Candidate
     from lce_model import Model
 
 
@@ -64,9 +63,8 @@ def in_words(found: Diagnosis) -> Iterator[str]:
     yield from _jumps(found)
     for bound in found.at_bounds:
         yield f"At a bound: {bound.sentence}."
-    yield from _traces(found.traces)
-    if not found.held_out:
-        yield _without_test(found)
+    yield from _traces(found)
+    yield from _left_out(found)
     masked = [c.effect.name for c in found.candidates if c.standing != "missing" and not c.score.shown]
     if masked and found.verdict != "unexplained":
         yield f"These data would not show, at any strength within its bounds: {', '.join(masked)}."
@@ -106,13 +104,19 @@ def _with(deformation: str, effects: Sequence[str]) -> str:
     return f"{deformation} with {', '.join(effects)}" if effects else f"{deformation} alone"
 
 
-def _traces(found: Sequence[Candidate]) -> Iterator[str]:
-    """What explains much of the error and is left unnamed, and why; then what is too small to matter."""
-    small = [c.effect.name for c in found if c.trial is None or c.trial.objection not in UNNAMED]
-    for trial in (c.trial for c in found if c.trial is not None):
-        if trial.objection in UNNAMED:
+def _traces(found: Diagnosis) -> Iterator[str]:
+    """What explains much of the error and is left unnamed, and why; then what is too small to matter.
+
+    Where nothing is missing, nothing explains much.
+    """
+    small = []
+    for trace in found.traces:
+        trial = trace.trial
+        if found.verdict == "adequate" or trial is None or trial.objection not in UNNAMED:
+            small.append(trace.effect.name)
+        else:
             fall = f" ({changes(trial.held_out.before, trial.held_out.after)})" if trial.held_out else ""
-            yield f"{trial.effect.name} {UNNAMED[trial.objection].format(fall=fall)}."
+            yield f"{trace.effect.name} {UNNAMED[trial.objection].format(fall=fall)}."
     if small:
         yield f"Significant, but too small to matter: {', '.join(small)}."
 
@@ -148,13 +152,12 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
         advice = dict.fromkeys([*(one.advice for one in found.signatures[:TOLD]), DISCOVER])
         yield from (f"To try: {one}." for one in advice)
     if found.verdict == "adequate":
-        nothing = "No effect is missing" if found.variations else "Nothing is missing"
+        nothing = "No effect is missing" if found.variations or found.other_base else "Nothing is missing"
         yield f"{nothing}: the model leaves {_levels(found.train.misfit['after'])}."
     if found.verdict == "cannot_tell":
         yield (
             f"Something may be missing ({_levels(found.train.misfit['after'])}), but these data cannot tell what: "
-            "the effects that would help are masked by the free parameters, fail on data left out, or need another "
-            "strength in every run."
+            "of the effects that explain much of it, something speaks against each."
         )
     for step in found.steps:
         yield from _step(step)
@@ -225,12 +228,16 @@ def _stage_at_fault(found: Diagnosis) -> Iterator[str]:
         )
 
 
-def _without_test(found: Diagnosis) -> str:
-    if len(found.runs) == 1:
-        return (
-            "No run was held out, and there is only one: blocks of it were left out in turn. Give another with --test."
-        )
-    return "No run was held out: each run was left out in turn. Give one with --test."
+def _left_out(found: Diagnosis) -> Iterator[str]:
+    """What was left out where no run was held out, or none that shows a sensor."""
+    blocks = found.variations or len(found.runs) == 1
+    instead = "blocks of each run were left out in turn" if blocks else "each run was left out in turn"
+    if not found.held_out:
+        yield f"No run was held out: {instead}. Give one with --test."
+    else:
+        shown = found.test.misfit["after"].total
+        for channel in (c for c in found.train.misfit["after"].total if c not in shown):
+            yield f"The runs held out show no {channel.name}: to judge that, {instead}. Give one that does with --test."
 
 
 def _levels(misfit: Misfit) -> str:

@@ -87,7 +87,7 @@ def diagnose(
         diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)
     report = render_diagnosis(diagnosis, runs, test_runs, options.diagnosis) if report_file else ""
     if json_file:
-        write_atomically(json_file, json.dumps(diagnosis.as_json(), indent=1) + "\n")
+        write_atomically(json_file, json.dumps(diagnosis.as_json(), indent=1, allow_nan=False) + "\n")
     if report_file:
         write_atomically(report_file, report)
     return diagnosis
