@@ -39,7 +39,8 @@ the command says why.
 The ranges are those of a strip on this bench. `--bounds creep.tau_v=0.1,50000` widens or narrows one for `lce fit`,
 `lce add` and `lce diagnose`, and `bounds` in a model file does so for good; what is never negative stays so.
 
-Steps (`loss_step`, `light_step`, `displacement_step`) happen at the same time after the beginning of every run.
+Steps (`loss_step`, `light_step`, `displacement_step`) happen at the same time after the beginning of every run, so
+`lce diagnose` examines them only beside one run and no `--test`.
 Rounding of a sensor is no effect: below its quantum a fit cannot tell it from noise, and the noise of a series includes
 it.
 """
