@@ -99,7 +99,7 @@ def _not_tried(promised_little: Sequence[str], not_examined: Mapping[str, str]) 
     events = [name for name, why in not_examined.items() if why == EVENT]
     unread = [name for name in not_examined if name not in events]
     if unread:
-        yield f"Not examined, because they read what not every run recorded, or what never changes: {', '.join(unread)}."
+        yield f"Not examined, because they read what a run did not record or what never changes: {', '.join(unread)}."
     if events:
         yield f"Not examined, because they begin at a time that several runs do not share: {', '.join(events)}."
 
