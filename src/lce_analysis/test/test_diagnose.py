@@ -10,9 +10,10 @@ import pytest
 
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import add_effect, diagnose
-from lce_analysis.diagnosis.diagnosis import Column
+from lce_analysis.diagnosis.diagnosis import Column, _verdict
 from lce_analysis.diagnosis.linearized_fit import linearised, optimum
 from lce_analysis.diagnosis.misfit import Misfit
+from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.options import DiagnoseOptions
@@ -210,6 +211,39 @@ def test_an_effect_that_begins_at_a_time_of_its_own_is_no_candidate_beside_a_run
     step = find("loss_step")
     assert diagnose(BASE, train[:1], effects=[step]).not_examined == {}
     assert list(diagnose(BASE, train[:1], test, [step]).not_examined) == ["loss_step"]
+
+
+def test_only_what_might_explain_a_sensor_that_is_left_makes_an_answer_doubtful() -> None:
+    """An effect of the heat may be objected to and the temperature explained since, by what differs between runs."""
+    left = Search(BASE, *_campaign(_strip_with("creep")), (), DiagnoseOptions(), silent)
+    assert _verdict(left) == "unexplained"
+    heat, runs = _heated(find("radiation"), 0.7)
+    heated = Search(heat, runs, (), [find("radiation")], DiagnoseOptions(), silent)
+    left.trials.reject(heated._tried(heat=True)[0], "varies")
+    assert _verdict(left) == "unexplained"
+    beside = Search(BASE, *_campaign(_strip_with("creep")), [find("creep")], DiagnoseOptions(), silent)
+    beside.trials.reject(beside._tried(heat=False)[0], "varies")
+    assert _verdict(beside) == "cannot_tell"
+
+
+def test_an_identification_from_scratch_that_parts_the_stages_is_not_gone_on_with(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The errors of the trial are of both sensors, and could not be compared."""
+    campaign = _campaign(_strip_with("creep"))
+    together = Search(BASE, *campaign, [find("creep")], DiagnoseOptions(bent=99.0), silent)
+    (trial,) = together._tried(heat=False)
+    fit = together.refitted(together.with_effect_of(trial))
+    apart = Search(BASE, *campaign, [find("creep")], DiagnoseOptions(bent=0.0), silent).present
+    assert apart.deformation is not None and set(apart.deformation.channels) < set(trial.stage.channels)
+    monkeypatch.setattr(together, "identified_anew", lambda _: apart)
+    assert together._searched_anew(fit, trial) == (fit, trial)
+
+
+def test_where_no_noise_is_left_to_compare_with_there_is_no_evidence() -> None:
+    (stage, *_) = Search(BASE, *_campaign(BASE), CANDIDATES, DiagnoseOptions(), silent).present.heat
+    tested = replace(score_test(stage.fit, stage.candidates, 10.0), s2=0.0)
+    assert tested.scores and {score.evidence for score in tested.scores} == {0.0}
 
 
 def test_a_thermal_model_is_diagnosed_on_runs_that_hold_a_displacement_too() -> None:
