@@ -171,8 +171,8 @@ class DiagnoseOptions:
     compared_from, other_begins, other_base : where the RMS error of the displacement is beyond ``compared_from`` times
         its noise, the other base models are identified. Those are searched for effects that without any leave at most
         ``other_begins`` times the squared error of the present one, and of the best: what is missing may look like the
-        wrong form. If in the end one leaves at most the share ``other_base`` of what is above the noise, no effect of
-        the deformation is named beside the present one.
+        wrong form. If there is one, the equilibrium model is searched as well. If in the end one leaves at most the
+        share ``other_base`` of what is above the noise, no effect of the deformation is named beside the present one.
     alias_correlation : |ρ| from which two effects look alike.
     alias_evidence : an effect that looks alike and was not refitted joins the set if it promised more than this share.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.

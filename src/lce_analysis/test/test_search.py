@@ -14,6 +14,7 @@ from lce_data.channels import TEMPERATURE
 from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_model import default_model
+from lce_model.effects import find
 
 HEATER = default_model("lumped", "none")
 
@@ -58,3 +59,19 @@ def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None
         change = partial(_without_difference, key=step.key)
         search.take_out(step, search.refitted(change(search.present.model)), change)
     assert search.accepted == [] and not search.present.model.varies
+
+
+def test_an_effect_is_judged_anew_once_what_differed_beside_it_is_taken_out() -> None:
+    runs = [heater(f"day-{i}", 40.0, 296.0 + 1.5 * i, i) for i in range(3)]
+    search = Search(HEATER, runs, (), [find("ambient_drift")], DiagnoseOptions(), silent)
+    varying = variation_trial(search.present.heat[0], search.left_out, search.options, silent)
+    assert varying is not None
+    search.accept(search._variation_step(varying))
+    search.accept(search._step(search.trials.of(find("ambient_drift"), search.present.heat), ("ambient_drift",)))
+    assert [step.held_out.how for step in search.steps] == ["each block in turn"]
+    (difference,) = search.variations
+    change = partial(_without_difference, key=difference.key)
+    search.take_out(difference, search.refitted(change(search.present.model)), change)
+    search.finish()
+    (step,) = search.steps
+    assert (step.held_out.how, step.held_out.names) == ("each run in turn", tuple(run.name for run in runs))

@@ -168,9 +168,21 @@ class Chain:
         self.present = fits[-1]
         told: list[Accepted] = []
         for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):
-            train, held_out = self.between(without, with_it, accepted.held_out, self.present.drive)
-            told.append(accepted.between(without, with_it, train, held_out))
+            told.append(self._told(accepted, without, with_it))
         self.accepted = told
+
+    def _told(self, accepted: Accepted, without: StagedFit, with_it: StagedFit) -> Accepted:
+        """A change between two models, judged on what is left out beside these."""
+        train, held_out = self.between(without, with_it, accepted.held_out, self.present.drive)
+        told = accepted.between(without, with_it, train, held_out)
+        if not isinstance(told, Step):
+            return told
+        stage, problem = told.trial.stage, told.trial.fit.problem
+        if self.left_out.how(stage, problem) == held_out.how:
+            return told
+        # What differed from run to run when the effect was accepted has been taken out since.
+        held_out = self.left_out.errors(stage, problem, told.added)
+        return told.between(without, with_it, *self.between(without, with_it, held_out, self.present.drive))
 
     def _no_worse(self, given: Model, refitted: StagedFit) -> StagedFit:
         """The refit, or the model as given where no sensor has gained by it: the jumps may lie better there."""
