@@ -21,7 +21,10 @@ from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
 from suite import read, run, until
 
+from lce_analysis.diagnosis import diagnose
+from lce_analysis.identification import fit
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
+from lce_model import default_model
 from lce_model.effects import library
 
 HERE = Path(__file__).parents[2] / "validation" / "hidden"
@@ -93,6 +96,16 @@ def test_in_the_independent_strip_hides_what_happens_outside_of_it() -> None:
     np.testing.assert_array_equal(lagged[1], plain[1])
     assert _rms(lagged[0] - plain[0]) > 0.1
     assert not set(family.own) & set(family.may_hide)
+
+
+def test_a_loss_that_bears_what_else_is_missing_is_named_although_more_is_left_than_noise() -> None:
+    """The independent strip loses heat by convection, along its length and by turning isotropic, and its camera lags."""
+    train, test = campaign(Case("independent", ("camera_lag",), "clear", 5))
+    found = diagnose(fit(default_model("lumped", "none"), train).model, train, test)
+    assert found.as_json()["added"] == ["natural_convection"]
+    before, after = (found.test.misfit[column].rms[TEMPERATURE] for column in ("before", "after"))
+    assert before > 2.0 * after > 2.0 * 1.2
+    assert {c.effect.name for c in found.candidates if c.reason.startswith("it removes a part")} >= {"latent_heat"}
 
 
 def _molecules(strip: Dynamic, temperatures: Floats, x: float = 1.0) -> Floats:

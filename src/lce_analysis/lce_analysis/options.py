@@ -162,9 +162,10 @@ class DiagnoseOptions:
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
         measured temperature has to drive the deformation, it must do both.
-    inflated : an effect with which the temperature is explained only resembles what is missing if what is left makes
-        the squared standard error of its strength so many times what noise alone would: up to 25 times were seen with
-        the true effect, 40 and more with one that is much like it and clearly there.
+    inflated, concentrated : an effect of the heat only resembles what is missing if what is left makes the squared
+        standard error of its strength more than ``inflated`` times what noise alone would. Where the temperature is not
+        explained, also more than ``concentrated`` times what an error of that size would that lies anywhere in the runs
+        and keeps its sign for a block of 10 s.
     bent : the temperature may be explained worse, by this share, together with the displacement than alone. Where the
         heat alone leaves it beyond ``near`` times its noise, the two are not fitted together.
     explained : a sensor whose RMS error is within so many times its noise is explained.
@@ -211,6 +212,7 @@ class DiagnoseOptions:
     nearly_all: float = 0.9
     near: float = 2.0
     inflated: float = 30.0
+    concentrated: float = 1.7
     bent: float = 0.2
     explained: float = 1.2
     compared_from: float = 1.1
@@ -246,7 +248,7 @@ class DiagnoseOptions:
         _check_at_least(
             self, 1.0, "min_likelihood_ratio", "near", "inflated", "explained", "compared_from", "other_begins"
         )
-        _check_positive(self, "agreement", "jump_size")
+        _check_positive(self, "agreement", "concentrated", "jump_size")
 
 
 @dataclass(frozen=True)

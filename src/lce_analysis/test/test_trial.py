@@ -47,7 +47,7 @@ def _held_out(before: dict[Channel, float], after: dict[Channel, float], **judge
 
 
 def _strengths(*by_run: float, error: float = 0.005, overall: float = 0.1, inflation: float = 1.0) -> Strengths:
-    return Strengths(Estimate(overall, error), inflation, tuple(Estimate(x, error) for x in by_run))
+    return Strengths(Estimate(overall, error), inflation, 1.0, tuple(Estimate(x, error) for x in by_run))
 
 
 STAGE = StageProblem("deformation", _fit(5.0, 0.0), (CREEP,), "model")

@@ -41,11 +41,13 @@ class Strengths:
 
     overall : from all runs together.
     inflation : squared standard error over that which white noise of the sensors alone would give.
+    samples_per_block : residuals that the standard errors take together; a constant one is inflated by so much.
     by_run : from each run; None where a run says nothing of it.
     """
 
     overall: Estimate
     inflation: float
+    samples_per_block: float
     by_run: tuple[Estimate | None, ...]
 
     @property
@@ -93,7 +95,8 @@ def strengths(fit: LinearizedFit, column: int) -> Strengths:
     first = others.shape[1]
     found = [Estimate(value + slope * float(step[first + i]), slope * float(errors[first + i])) for i in range(runs)]
     by_run = tuple(e if np.isfinite(e.standard_error) and e.standard_error > 0.0 else None for e in found)
-    return Strengths(Estimate(value, slope * float(shared[-1])), float(inflation[-1]), by_run)
+    overall = Estimate(value, slope * float(shared[-1]))
+    return Strengths(overall, float(inflation[-1]), own.size / np.unique(blocks).size, by_run)
 
 
 def _blocks(fit: LinearizedFit) -> NDArray[np.intp]:
