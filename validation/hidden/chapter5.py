@@ -71,7 +71,7 @@ class Dynamic(NamedTuple):
     def run(self, light_w: Floats, gusts: Floats, hidden: dict[str, float]) -> tuple[Floats, Floats]:
         """Temperature [K] and stretch at each power sample."""
         spread = hidden.get("transition_distribution", 0.0)
-        shifts = 0.6 * spread * np.arange(-4.0, 5.0) if spread > 0.0 else np.zeros(1)
+        shifts = 0.2 * spread * np.arange(-16.0, 17.0) if spread > 0.0 else np.zeros(1)
         weights = np.exp(-0.5 * (shifts / spread) ** 2) if spread > 0.0 else np.ones(1)
         weights = weights / weights.sum()
         branches = self.heating, self.cooling
@@ -96,16 +96,18 @@ def _energy(q: float, temperature: float, branch: Branch) -> float:
 
 
 @njit(cache=True)
-def changed(x: float, temperature: float, change: float, branch: Branch, literal: bool) -> float:
-    """x after the temperature, ``temperature`` in the middle, has gone by ``change``."""
-    if literal and temperature <= branch.t_star:
+def changed(
+    x: float, temperature: float, change: float, branch: Branch, literal: bool, lower: float = 0.0
+) -> float:
+    """x after the temperature, ``temperature`` in the middle, has gone by ``change``; T* may be ``lower`` [K]."""
+    if literal and temperature + lower <= branch.t_star:
         return 1.0
-    q2, q3 = wells(temperature, branch)
+    q2, q3 = wells(temperature + lower, branch)
     if literal and q3 <= q2:
         return 0.0
-    barrier = _energy(q2, temperature, branch)
+    barrier = _energy(q2, temperature + lower, branch)
     # Above T1 there is no barrier on the way out of a nematic well that is gone.
-    depth = barrier - _energy(q3, temperature, branch) if q3 > q2 else 0.0
+    depth = barrier - _energy(q3, temperature + lower, branch) if q3 > q2 else 0.0
     width, heat = q3 - q2, BOLTZMANN * temperature
     w13 = (branch.cf1 * width + branch.cf2 * width**2) * math.exp(-barrier / heat) if width > 0.0 else 0.0
     w31 = (branch.cr1 * q2 + branch.cr2 * q2**2) * math.exp(-depth / heat)
@@ -147,7 +149,7 @@ def _run(
                 branch = heating if felt > before else cooling
             middle = 0.5 * (felt + before)
             for j in range(shifts.size):
-                x[j] = changed(x[j], middle + shifts[j], felt - before, branch, literal)
+                x[j] = changed(x[j], middle, felt - before, branch, literal, shifts[j])
             before = felt
             order, possible = _mean_order(x, felt, branch, shifts, weights)
             nematic = lagged(order / possible, nematic, s)

@@ -207,6 +207,19 @@ def test_transition_distribution() -> None:
     close(found, displacement(np.array(mean)), BARE.displacement_m[::50], part=0.05)
 
 
+@pytest.mark.parametrize(("deformation", "error"), [("equilibrium", 2e-4), ("dynamic", 5e-4)])
+def test_few_domains_stand_for_a_continuous_distribution(deformation: str, error: float) -> None:
+    """The order of many strips, each with its own T*: its changes, of about 1, are followed to less than a sensor sees."""
+    sharp = default_model("lumped", deformation, ("transition_distribution",))
+    places = [v.key for v in sharp.values if "t_star" in v.key]
+    time, power = TIME[::5], POWER[::5]
+    z = np.linspace(-4.0, 4.0, 161)
+    weights = np.exp(-0.5 * z**2) / np.exp(-0.5 * z**2).sum()
+    strips = [simulate(sharp.set({k: sharp[k] + 4.0 * x for k in places}), time, power).order for x in z]
+    found = simulate(sharp.set({"transition_distribution.sigma_t": 4.0}), time, power).order
+    assert np.sqrt(np.mean((found - weights @ np.array(strips)) ** 2)) < error
+
+
 def test_photochemical_order() -> None:
     bent = solved(lambda y, p, t: 0.05 * p * (1.0 - y) - y / 8.0, [0.0])[0]
     expected = simulate(STRIP, TIME, None, temperature_k=BARE.temperature_k + 10.0 * bent).displacement_m

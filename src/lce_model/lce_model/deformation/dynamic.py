@@ -26,7 +26,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from lce_model.constants import BOLTZMANN
-from lce_model.deformation.domains import DOMAINS, NODES
+from lce_model.deformation.domains import DOMAINS, NODES, SHARES
 from lce_model.landau import clearing_temperature, wells
 from lce_model.terms import Parameter, Term
 
@@ -139,9 +139,9 @@ def _seen(
     order = possible = 0.0
     for i in range(DOMAINS):
         q3 = wells(temperature, a0, b, c, t_star + spread * NODES[i])[1]
-        order += x[i] * q3
-        possible += q3
-    return order / possible, possible / DOMAINS
+        order += SHARES[i] * x[i] * q3
+        possible += SHARES[i] * q3
+    return order / possible, possible
 
 
 def start(

@@ -14,7 +14,7 @@ import math
 from numba.extending import register_jitable
 
 from lce_model.constants import BOLTZMANN
-from lce_model.deformation.domains import DOMAINS, NODES
+from lce_model.deformation.domains import DOMAINS, NODES, SHARES
 from lce_model.landau import clearing_temperature, free_energy, wells
 from lce_model.terms import Parameter, Term
 
@@ -61,11 +61,11 @@ def step(
         x, q3 = _in_equilibrium(order_temperature, a0, b, c, t_star, ratio)
         return x, q3, q0
     order = possible = 0.0
-    for z in NODES:
-        x, q3 = _in_equilibrium(order_temperature, a0, b, c, t_star + transition_spread * z, ratio)
-        order += x * q3
-        possible += q3
-    return order / possible, possible / DOMAINS, q0
+    for i in range(DOMAINS):
+        x, q3 = _in_equilibrium(order_temperature, a0, b, c, t_star + transition_spread * NODES[i], ratio)
+        order += SHARES[i] * x * q3
+        possible += SHARES[i] * q3
+    return order / possible, possible, q0
 
 
 _SOURCE = "(4.21), Amp 0.2, T_h 30 s"
