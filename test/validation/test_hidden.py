@@ -99,7 +99,7 @@ def test_in_the_independent_strip_hides_what_happens_outside_of_it() -> None:
 
 
 def test_a_loss_that_bears_what_else_is_missing_is_named_although_more_is_left_than_noise() -> None:
-    """The independent strip loses heat by convection, along its length and by turning isotropic, and its camera lags."""
+    """The independent strip loses heat by convection, along its length and by turning; its camera lags."""
     train, test = campaign(Case("independent", ("camera_lag",), "clear", 5))
     found = diagnose(fit(default_model("lumped", "none"), train).model, train, test)
     assert found.as_json()["added"] == ["natural_convection"]

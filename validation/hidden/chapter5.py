@@ -96,9 +96,7 @@ def _energy(q: float, temperature: float, branch: Branch) -> float:
 
 
 @njit(cache=True)
-def changed(
-    x: float, temperature: float, change: float, branch: Branch, literal: bool, lower: float = 0.0
-) -> float:
+def changed(x: float, temperature: float, change: float, branch: Branch, literal: bool, lower: float = 0.0) -> float:
     """x after the temperature, ``temperature`` in the middle, has gone by ``change``; T* may be ``lower`` [K]."""
     if literal and temperature + lower <= branch.t_star:
         return 1.0

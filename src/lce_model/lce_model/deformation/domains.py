@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Domains that stand for a normal distribution of transition temperatures.
 
-They lie as densely as the cube root of the normal density, where few of them lose least (Panter and Dite 1951), and each
-stands for the mean of its part of the distribution.
+They lie as densely as the cube root of the normal density, where few of them lose least (Panter and Dite 1951), and
+each stands for the mean of its part of the distribution.
 """
 
 from statistics import NormalDist
