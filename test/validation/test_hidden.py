@@ -108,6 +108,14 @@ def test_a_loss_that_bears_what_else_is_missing_is_named_although_more_is_left_t
     assert {c.effect.name for c in found.candidates if c.reason.startswith("it removes a part")} >= {"latent_heat"}
 
 
+def test_a_loss_of_another_form_is_not_named_where_it_leaves_a_little_more_than_noise() -> None:
+    train, test = campaign(Case("chapter-5-continuous", ("natural_convection",), "clear", 6))
+    found = diagnose(fit(default_model("lumped", "none"), train).model, train, test, [library()["radiation"]])
+    (like_it,) = found.candidates
+    assert like_it.trial is not None and 1.2**2 < like_it.trial.fit.mean_squares[TEMPERATURE] < 2.0**2
+    assert (found.as_json()["added"], like_it.trial.objection) == ([], "resembles")
+
+
 def _molecules(strip: Dynamic, temperatures: Floats, x: float = 1.0) -> Floats:
     """The share of nematic molecules along temperatures [K] in small steps."""
     shares = []

@@ -164,8 +164,8 @@ class DiagnoseOptions:
         measured temperature has to drive the deformation, it must do both.
     inflated, concentrated : an effect of the heat only resembles what is missing if what is left makes the squared
         standard error of its strength more than ``inflated`` times what noise alone would. Where the temperature is not
-        explained, also more than ``concentrated`` times what an error of that size would that lies anywhere in the runs
-        and keeps its sign for a block of 10 s.
+        explained, but within ``near`` times its noise, also more than ``concentrated`` times what an error of that size
+        would that lies anywhere in the runs and keeps its sign for a block of 10 s.
     bent : the temperature may be explained worse, by this share, together with the displacement than alone. Where the
         heat alone leaves it beyond ``near`` times its noise, the two are not fitted together.
     explained : a sensor whose RMS error is within so many times its noise is explained.

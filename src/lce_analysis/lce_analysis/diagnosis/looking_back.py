@@ -155,7 +155,7 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
     form leaves a residual that pulls at its strength, one way here and the other way there: errors clustered in time
     grow far beyond (the sandwich of White 1982 against the plain ones). Where the temperature is not explained, the
     base model lacks something else as well, but that lies anywhere in the runs: they have to grow beyond what it does.
-    Most of the deformation is not explained, and lies where the effects of it do: there this says nothing.
+    Where more is left, and of the deformation, most of which is not explained, this says nothing.
     """
     stage = chain.present.stage("heat")
     if last.trial.stage.part != "heat" or stage is None:
@@ -164,6 +164,8 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
     if found is None:
         return False
     options, left = chain.options, max(stage.fit.mean_squares.values())
+    if left > options.near**2:
+        return False
     anywhere = 0.0 if left <= options.explained**2 else (left - NOISE) * found.samples_per_block
     return found.inflation > max(options.inflated, options.concentrated * anywhere)
 
