@@ -209,7 +209,7 @@ def test_transition_distribution() -> None:
 
 @pytest.mark.parametrize(("deformation", "error"), [("equilibrium", 2e-4), ("dynamic", 5e-4)])
 def test_few_domains_stand_for_a_continuous_distribution(deformation: str, error: float) -> None:
-    """The order of many strips, each with its own T*: of about 1, it is followed to less than a sensor sees."""
+    """The mean order of many strips, each with a T* of its own: at most 1, and met to less than a sensor sees."""
     sharp = default_model("lumped", deformation, ("transition_distribution",))
     places = [v.key for v in sharp.values if "t_star" in v.key]
     time, power = TIME[::5], POWER[::5]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was accepted has to prove itself once more beside what came after it: take back what does not."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep, strengths_in
@@ -81,23 +82,27 @@ def _take_back_parts(chain: Chain, began: int) -> None:
     bearing: frozenset[str] | None = None
     while (effects := chain.since(began, Step)) and (reason := _stands_in(chain, effects[-1])):
         if bearing is None:
-            bearing = frozenset(step.added for step in effects if _bears_the_others(chain, step))
+            bearing = _bearing(chain, effects)
         if reason == "part" and effects[-1].added in bearing:
             return
         chain.drop(effects[-1], reason)
         _take_back_needless_differences(chain, began)
 
 
-def _bears_the_others(chain: Chain, step: Step) -> bool:
-    """Beside all others that were accepted, would nearly all of the heat's error come back without this effect?
+def _bearing(chain: Chain, effects: Sequence[Step]) -> frozenset[str]:
+    """Those of several effects of the heat without each of which nearly all of its error would come back.
 
-    So it was with true effects of a heat balance that lacks several, and not with what stood in for one
-    (docs/explanation/diagnosis.md). Of the deformation that is not known.
+    Of the deformation it is not known whether what stands in for something else does that as well.
     """
-    part = step.trial.stage.part
-    with_it = chain.present.stage(part)
-    without = chain.refitted(chain.present.model.without(step.trial.effect.reference)).stage(part)
-    if part != "heat" or with_it is None or without is None:
+    heat = [step for step in effects if step.trial.stage.part == "heat"]
+    return frozenset(step.added for step in heat if len(heat) > 1 and _bears_the_others(chain, step))
+
+
+def _bears_the_others(chain: Chain, step: Step) -> bool:
+    """Beside all that was accepted, does the effect take nearly all of the error, of the runs and of data left out?"""
+    with_it = chain.present.stage("heat")
+    without = chain.refitted(chain.present.model.without(step.trial.effect.reference)).stage("heat")
+    if with_it is None or without is None:
         return False
     held_out = [
         chain.left_out.errors(without, with_it.fit.problem, step.added),
@@ -160,11 +165,9 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
     stage = chain.present.stage("heat")
     if last.trial.stage.part != "heat" or stage is None:
         return False
-    found = strengths_in(stage, last.trial.effect)
-    if found is None:
-        return False
     options, left = chain.options, max(stage.fit.mean_squares.values())
-    if left > options.near**2:
+    found = strengths_in(stage, last.trial.effect) if left <= options.near**2 else None
+    if found is None:
         return False
     anywhere = 0.0 if left <= options.explained**2 else (left - NOISE) * found.samples_per_block
     return found.inflation > max(options.inflated, options.concentrated * anywhere)
