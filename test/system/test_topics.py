@@ -9,7 +9,7 @@ from rosbags.highlevel import AnyReader
 from run_command import lce, read
 from std_msgs.msg import Bool, Float64
 
-from lce_ros.health import node_of
+from lce_ros.health import Level, node_of
 from lce_ros.testing import Graph
 
 CONTRACT = {
@@ -84,6 +84,23 @@ def test_the_player_waits_for_an_armed_laser_then_plays_and_ends(graph: Graph) -
     commands = np.array(power.data)
     assert set(commands) == {0.0, 1.0} and commands[0] == 0 and commands[-1] == 0
     assert np.sum(commands == 1.0) == pytest.approx(100, abs=15)
+
+
+@pytest.mark.alone
+def test_the_fault_that_a_laser_had_before_it_was_armed_again_does_not_end_the_player(graph: Graph) -> None:
+    """The status of a second is the worst of it, so the first one that the player hears may tell of it."""
+    laser = graph.probe("laser")
+    laser.listen(Float64, "laser/power_command", lambda message: None)
+    laser.advertise(Bool, "laser/armed", latched=True).publish(Bool(data=True))
+
+    def recover() -> None:
+        laser.report(Level.ERROR, "fault: no command")
+        laser.report(Level.OK, "armed")
+
+    laser.every(0.1, recover)
+    player = graph.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=2,rest=0.5")
+    graph.until(lambda: player.poll() is not None, timeout_s=20, what="the end of the player")
+    assert player.returncode == 0, player.communicate()
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,9 @@ class Level(IntEnum):
 STARTED: Final = "started"
 """The condition of a node that has not stated one."""
 
+FAULT: Final = "fault: "
+"""How an error begins that stays until somebody resets it."""
+
 
 class Health:
     """The present condition of a node, and its worst condition since the last message.

@@ -2,7 +2,6 @@
 """The displacement that a controller follows, and why there is none: shared by the nodes of the outer loops."""
 
 import math
-from typing import Final
 
 from std_msgs.msg import Float64
 
@@ -10,9 +9,7 @@ from lce_control.displacement_watch import DisplacementWatch
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import ControllerNode
 from lce_data.channels import DISPLACEMENT
-
-FAULT: Final = "fault: "
-"""So begins what a controller reports in /diagnostics while it has a fault."""
+from lce_ros.health import FAULT
 
 
 class DisplacementInput:

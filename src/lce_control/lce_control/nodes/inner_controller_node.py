@@ -25,13 +25,12 @@ from sensor_msgs.msg import Temperature
 
 from lce_control.filters import Sample
 from lce_control.nodes.controller_node import PowerControllerNode
-from lce_control.nodes.displacement_node import FAULT
 from lce_control.nodes.loop_parameters import declare_loop, gains_text
 from lce_control.pid import Gains, Limits
 from lce_data.channels import TEMPERATURE
 from lce_data.topics import SETPOINT
 from lce_ros.conversions import from_stamp, to_celsius, to_kelvin
-from lce_ros.health import Level
+from lce_ros.health import FAULT, Level
 from lce_ros.node import run
 
 TUNED: Final = Gains(kp=0.05, ki=0.01, kd=0.001)

@@ -5,7 +5,7 @@ from typing import Final
 
 from lce_drivers.laser.arming import Arming
 from lce_drivers.laser.power_guard import State
-from lce_ros.health import Level
+from lce_ros.health import FAULT, Level
 
 LEVELS: Final = {
     State.WAITING: Level.OK,
@@ -38,5 +38,5 @@ def condition(arming: Arming, state: State, wanted_w: float, cold: bool) -> tupl
 def dark(arming: Arming) -> tuple[Level, str]:
     """The condition of a laser that is not armed, or not active."""
     if arming.fault is not None:
-        return Level.ERROR, f"fault: {arming.fault}; zero power until laser/reset and laser/arm"
+        return Level.ERROR, f"{FAULT}{arming.fault}; zero power until laser/reset and laser/arm"
     return Level.OK, "disarmed: zero power until laser/arm"

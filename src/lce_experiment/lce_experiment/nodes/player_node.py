@@ -14,7 +14,7 @@ from lce_data.errors import LceError
 from lce_data.topics import ARMED
 from lce_experiment.protocols import RATE_HZ
 from lce_experiment.registry import LASER, arm_call
-from lce_ros.health import Level
+from lce_ros.health import FAULT, Level
 from lce_ros.node import LceNode
 
 _REPORT_S = 0.25
@@ -60,7 +60,8 @@ class Player(LceNode):
         self._asked_s: float | None = None
         self._began_s: float | None = None
         self._reported_s = 0.0
-        self._armed = self._asked_to_arm = False
+        self._armed: bool | None = None
+        self._asked_to_arm = False
         self._waiting_since_s: float | None = None
         self._dark_since_s: float | None = None
         self.played_s = self.total_s = 0.0
@@ -83,6 +84,9 @@ class Player(LceNode):
         raise NotImplementedError
 
     def _stop(self, error: str) -> None:
+        # A status is the worst of its second: the fault of a laser that is armed again may still be in it.
+        if error.startswith(FAULT) and self._armed is not False:
+            return
         raise LceError(f"{self.get_name()}: stopped by the laser: {error}")
 
     def _take_armed(self, message: Bool) -> None:

@@ -28,11 +28,11 @@ import numpy as np
 from rclpy.utilities import try_shutdown
 from std_msgs.msg import Float64
 
-from lce_control.nodes.displacement_node import FAULT
 from lce_data.errors import LceError
 from lce_data.topics import COMMAND, TARGET
 from lce_experiment.nodes.player_node import Player
 from lce_experiment.registry import RECORDER
+from lce_ros.health import FAULT
 from lce_ros.node import run
 
 
