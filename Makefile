@@ -2,7 +2,7 @@
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint format docs pictures tables hidden discovery days heater comparison control faults interrupts fuzz bench lock clean
+.PHONY: help setup build demo test lint format docs pictures tables hidden hidden-heat discovery days heater comparison control faults interrupts fuzz bench lock clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
@@ -38,6 +38,10 @@ tables: setup  ## the dissertation's tables beside ours
 
 hidden: setup  ## the diagnosis on strips that hide an effect (hours; HIDDEN="--minutes 30")
 	@$(RUN) python validation/hidden/suite.py --out docs/results/hidden.md $(HIDDEN)
+
+hidden-heat: setup  ## the same on the heat alone, which takes seconds a case (half an hour; HIDDEN="--seeds 2")
+	@$(RUN) python validation/hidden/suite.py --families equilibrium-heat chapter-5-continuous-heat relays-heat \
+		independent-heat --results docs/results/hidden-heat-results.jsonl --out docs/results/hidden-heat.md $(HIDDEN)
 
 discovery: setup  ## what no library holds, on strips that hide it (hours; DISCOVERY="--minutes 30")
 	@$(RUN) python validation/hidden/discovery.py --out docs/results/discovery-results.md $(DISCOVERY)

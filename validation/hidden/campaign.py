@@ -7,7 +7,7 @@ Runs of a strip of one family that hides one effect, as the product reads them:
     train, test = campaign(Case("chapter-5-continuous", ("radiation",), "clear", seed=0))
     model = fit(default_model("lumped", "dynamic"), train).model
 
-(with `validation` and `validation/hidden` on the path). `FAMILIES[case.family].base` names the deformation model.
+(with `validation` and `validation/hidden` on the path). `ALL[case.family].base` names the deformation model.
 """
 
 import math
@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from effects import STRENGTH
-from families import FAMILIES, Strip
+from families import ALL, Strip
 from stages import Floats
 
 from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
@@ -59,7 +59,7 @@ class Case:
     @cached_property
     def _drawn(self) -> tuple[Strip, dict[str, float]]:
         rng = np.random.default_rng(self._key)
-        strip = FAMILIES[self.family].random(rng)
+        strip = ALL[self.family].random(rng)
         return strip, {n: STRENGTH[n][self.level == "clear"] * rng.uniform(0.8, 1.25) for n in self.hidden}
 
     @property
@@ -80,14 +80,16 @@ class Case:
         """A run of the strip under a power (n,) [W] at 100 Hz."""
         camera, distance = self.strip.measure(power_w, self.strengths, self.rng(run))
         time_s = np.arange(power_w.size) / 100.0
-        series = Series(time_s, power_w), Series(time_s[::10], camera), Series(time_s, distance)
+        displacement = None if ALL[self.family].heat_only else Series(time_s, distance)
+        series = Series(time_s, power_w), Series(time_s[::10], camera), displacement
         return Run.of(run, *series, sha256=f"{self.name}/{run}")
 
     def ideal(self, run: Run, hidden: bool = True) -> dict[Channel, Floats]:
-        """What sensors without noise would have shown in a run of :meth:`record`; without what is hidden if not."""
+        """What its sensors would have shown without noise in a run of :meth:`record`; without what is hidden if not."""
         assert run.power is not None
         camera, distance = self.strip.ideal(run.power.value, self.strengths if hidden else {}, self.rng(run.name))
-        return {TEMPERATURE: camera, DISPLACEMENT: distance}
+        shown = {TEMPERATURE: camera, DISPLACEMENT: distance}
+        return {channel: values for channel, values in shown.items() if channel in run.series}
 
 
 def campaign(case: Case) -> tuple[list[Run], list[Run]]:

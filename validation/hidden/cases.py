@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from campaign import Case
 from effects import OUTSIDE
-from families import FAMILIES, Family
+from families import ALL, FAMILIES, Family
 
 PAIRS = (
     ("creep", "ambient_drift"),
@@ -33,9 +33,9 @@ def kind(hidden: Sequence[str], library: str) -> str:
 
 
 def cases(seeds: int, families: Sequence[str] = (), campaign: str = "full") -> list[Case]:
-    """All cases of some families, of all if none is named."""
+    """All cases of some families; of all with both sensors if none is named."""
     placed = []
-    for family in (FAMILIES[name] for name in families or FAMILIES):
+    for family in (ALL[name] for name in families or FAMILIES):
         for kind_, members in _kinds(family, seeds, campaign).items():
             order = np.random.default_rng([KINDS.index(kind_), *family.name.encode()]).permutation(len(members))
             placed += [((place + 0.5) / len(members), members[i]) for place, i in enumerate(order)]
@@ -44,7 +44,7 @@ def cases(seeds: int, families: Sequence[str] = (), campaign: str = "full") -> l
 
 def _kinds(family: Family, seeds: int, campaign: str) -> dict[str, list[Case]]:
     """Cases by kind. A slow family with effects of its own has few, and none with its library reduced."""
-    few = bool(family.own)
+    few = bool(family.own) and not family.heat_only
     levels = ("clear",) if few else ("clear", "weak")
     known = [name for name in family.may_hide if name not in OUTSIDE]
     outside = [name for name in family.may_hide if name in OUTSIDE]

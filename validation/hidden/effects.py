@@ -50,5 +50,11 @@ LIGHT = ("laser_saturation", "laser_droop", "photobleaching", "laser_hops", "sli
 HISTORY = ("creep", "backlash", "residual_strain", "sticking_guide")
 """What happens to the displacement behind the strip."""
 
+HEAT = (
+    "order_dependent_absorption", "ambient_drift", "radiation", "natural_convection", "latent_heat",
+    "clamp_conduction", "draught", "gusts",
+)  # fmt: skip
+"""What happens in the strip's heat."""
+
 SENSORS = ("camera_lag", "emissivity_error", "displacement_drift", "temperature_clip", "swaying_weight")
 """What happens in the sensors."""

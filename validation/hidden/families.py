@@ -9,12 +9,12 @@ Nothing here imports the product.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from chapter5 import Dynamic
-from effects import HISTORY, LIGHT, SENSORS, STRENGTH
+from effects import HEAT, HISTORY, LIGHT, SENSORS, STRENGTH
 from equilibrium import Equilibrium
 from independent import OWN, Distributed
 from noise import AUTOREGRESSIVE, MIXED, Noise
@@ -80,7 +80,7 @@ class Family:
     name : in cases and reports.
     core : draws a specimen.
     noise : of camera and distance.
-    base : deformation model that is fitted beside the thermal model "lumped".
+    base : deformation model that is fitted beside the thermal model "lumped"; "none" where only the camera looks on.
     exact : does the base hold the very equations of the truth?
     may_hide : names of ``effects.STRENGTH`` that can be hidden in it.
     own : effects that the truth has anyway and the base lacks.
@@ -97,6 +97,17 @@ class Family:
     def random(self, rng: np.random.Generator) -> Strip:
         """A specimen."""
         return Strip(self.core(rng), self.noise)
+
+    @property
+    def heat_only(self) -> bool:
+        """Is the displacement not measured?"""
+        return self.base == "none"
+
+    def heat(self) -> "Family":
+        """The same strips with the camera alone; `lumped` holds the equations of all heat but that of the slab."""
+        shown = (*LIGHT, *HEAT, "camera_lag", "temperature_clip", "emissivity_error")
+        hidden = tuple(name for name in self.may_hide if name in shown)
+        return replace(self, name=f"{self.name}-heat", base="none", exact=not self.own, may_hide=hidden)
 
 
 FAMILIES = {
@@ -130,3 +141,13 @@ FAMILIES = {
         ),
     )
 }
+"""By name: those of `make hidden`, with both sensors."""
+
+HEAT_FAMILIES = {
+    family.name: family
+    for family in (FAMILIES[name].heat() for name in ("equilibrium", "chapter-5-continuous", "relays", "independent"))
+}
+"""By name: those of `make hidden-heat`. A case takes seconds, where one with both sensors takes minutes."""
+
+ALL = FAMILIES | HEAT_FAMILIES
+"""By name."""

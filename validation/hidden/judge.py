@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from campaign import Case, campaign
-from families import FAMILIES
+from families import ALL
 from numpy.typing import NDArray
 from stages import Floats
 
@@ -29,7 +29,7 @@ from lce_analysis.experiment_design import design
 from lce_analysis.identification import fit
 from lce_analysis.options import DesignOptions, FitOptions
 from lce_analysis.prediction import predict, predict_from, simulation_input, start_temperature
-from lce_data.channels import DISPLACEMENT, SENSORS, Channel
+from lce_data.channels import DISPLACEMENT, Channel
 from lce_data.errors import LceError
 from lce_data.run import Run
 from lce_model import Model, default_model
@@ -59,7 +59,7 @@ def judge(case: Case) -> dict[str, Any]:
 
 
 def _judged(case: Case) -> dict[str, Any]:
-    family = FAMILIES[case.family]
+    family = ALL[case.family]
     train, test = campaign(case)
     ideal = {run.name: case.ideal(run) for run in (*train, *test)}
     began = time.perf_counter()
@@ -96,7 +96,7 @@ def over_noise(model: Model, runs: list[Run], ideal: Ideal) -> dict[str, float]:
     """RMS error over RMS noise of each sensor, over all the runs, away from jumps of the strip."""
     predicted = {run.name: predict(model, run).at_samples for run in runs}
     found = {}
-    for channel in SENSORS:
+    for channel in next(iter(ideal.values())):
         error, noise = [], []
         for run in runs:
             series, true = run.series[channel], ideal[run.name][channel]
@@ -118,12 +118,13 @@ def unabsorbed(case: Case, model: Model, runs: list[Run], ideal: Ideal) -> float
     """RMS over the noise, in the worse sensor, of what the hidden effects change and the model cannot follow."""
     if not case.hidden:
         return 0.0
-    noise = {c: _rms(np.concatenate([r.series[c].value - ideal[r.name][c] for r in runs])) for c in SENSORS}
-    size = {c: sum(r.series[c].value.size for r in runs) for c in SENSORS}
+    sensors = list(ideal[runs[0].name])
+    noise = {c: _rms(np.concatenate([r.series[c].value - ideal[r.name][c] for r in runs])) for c in sensors}
+    size = {c: sum(r.series[c].value.size for r in runs) for c in sensors}
     laid_out = {run.name: simulation_input(run, model) for run in runs}
 
     def stacked(of_run: Mapping[str, Mapping[Channel, Floats]]) -> Floats:
-        return np.concatenate([of_run[r.name][c] / (noise[c] * math.sqrt(size[c])) for c in SENSORS for r in runs])
+        return np.concatenate([of_run[r.name][c] / (noise[c] * math.sqrt(size[c])) for c in sensors for r in runs])
 
     def response(now: Model) -> Floats:
         return stacked({n: predict_from(i, start_temperature(i, now), now).at_samples for n, i in laid_out.items()})
@@ -137,7 +138,7 @@ def unabsorbed(case: Case, model: Model, runs: list[Run], ideal: Ideal) -> float
         columns += [column / np.linalg.norm(column)] if column.any() else []
     basis = np.column_stack(columns)
     left = change - basis @ np.linalg.lstsq(basis, change, rcond=1e-10)[0]
-    return max(float(np.linalg.norm(part)) for part in np.split(left, [size[SENSORS[0]]]))
+    return max(float(np.linalg.norm(part)) for part in np.split(left, [size[sensors[0]]]))
 
 
 def _rms(values: Floats) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from cases import kind
-from families import FAMILIES, Family
+from families import ALL, Family
 from peer import PEER_HEAD, peer_rows
 from scipy.stats import binomtest, chi2
 
@@ -39,13 +39,13 @@ def false_additions(result: Result) -> int:
     """Effects that were added and should not have been; a case that failed counts for one."""
     if "failed" in result:
         return 1
-    real = {*result["hidden"], *FAMILIES[result["family"]].own}
+    real = {*result["hidden"], *ALL[result["family"]].own}
     return sum(not real & {name, *alias} for name, alias in zip(result["added"], result["sets"], strict=True))
 
 
 def named_first(result: Result) -> bool:
     """Is what is hidden the first name, but for the family's own physics, which may come before it?"""
-    foreign = [name for name in result.get("added", ()) if name not in FAMILIES[result["family"]].own]
+    foreign = [name for name in result.get("added", ()) if name not in ALL[result["family"]].own]
     return foreign[:1] == result["hidden"]
 
 
@@ -95,7 +95,8 @@ def _resolved(result: Result) -> bool:
 
 def family_table(results: Sequence[Result], family: Family) -> list[str]:
     """The lines of one family."""
-    base = f"`lumped` + `{family.base}`, {'exact' if family.exact else 'imperfect'}"
+    models = "`lumped`" if family.heat_only else f"`lumped` + `{family.base}`"
+    base = f"{models}, {'exact' if family.exact else 'imperfect'}"
     lines = [f"## {family.name}: {base}", "", "| | bar | found | share | 95 % interval |", "|---|---|---|---|---|"]
     for gate in gates(results, family):
         bar = gate.bars[0 if family.exact else 1]
@@ -108,7 +109,7 @@ def family_table(results: Sequence[Result], family: Family) -> list[str]:
 def overview(results: Sequence[Result]) -> list[str]:
     """A line for each family: what passed each gate with a bar, and false additions; bold where it missed its bar."""
     rows, names = [], []
-    for family in FAMILIES.values():
+    for family in ALL.values():
         if not (members := [r for r in results if r["family"] == family.name]):
             continue
         found = {g.name: g for g in gates(members, family) if any(bar is not None for bar in g.bars)}
@@ -224,16 +225,16 @@ def peer_table(peer: Sequence[Result]) -> list[str]:
 def report(results: Sequence[Result], version: str, arguments: str = "", peer: Sequence[Result] = ()) -> str:
     """The whole document; ``arguments`` of the command that made it, ``peer`` the results of `hidden/peer.py`."""
     lines = ["# Hidden effects", "", HEAD.format(version=version, arguments=arguments), "", *overview(results), ""]
-    for family in FAMILIES.values():
+    for family in ALL.values():
         if members := [r for r in results if r["family"] == family.name]:
             lines += family_table(members, family)
     return "\n".join([*lines, *peer_table(peer), "## Cases", "", *cases_table(results), ""])
 
 
-HEAD = """Written by `make hidden HIDDEN="{arguments}"`, version {version}.
+HEAD = """Written by `validation/hidden/suite.py {arguments}`, version {version}.
 Strips of `validation/hidden`, which share no code with the product, hide an effect. The product fits a base model to
 six runs, and `lce diagnose` says what is missing. An exact base holds the equations of the strip, an imperfect one does
-not. `hidden-results.jsonl` beside this page holds what was noted of each case, in the order in which they ended. The
+not. The `.jsonl` file beside this page holds what was noted of each case, in the order in which they ended. The
 cases are a fair sample of all that there are. The command goes on with the rest as long as what a case runs stays the
 same; with `--fresh` it begins anew.
 

@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from campaign import CAMPAIGNS, Case
 from cases import cases
-from families import FAMILIES
+from families import ALL
 from peer import RESULTS as PEER_RESULTS
 from peer import read_results
 from report import report
@@ -143,7 +143,7 @@ def options(
     parser.add_argument("--seeds", type=int, default=seeds, help="strips of each kind of case")
     parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
     parser.add_argument("--only", default="", help="cases whose name holds this text")
-    parser.add_argument("--families", nargs="+", default=[], choices=list(FAMILIES), metavar="FAMILY")
+    parser.add_argument("--families", nargs="+", default=[], choices=list(ALL), metavar="FAMILY")
     parser.add_argument("--campaign", default="full", choices=list(CAMPAIGNS), help="runs of each strip")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once on this machine")
     parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
@@ -194,7 +194,8 @@ def main() -> int:
     chosen = [c for c in cases(args.seeds, args.families, args.campaign) if args.only in c.name]
     status = judge_all(chosen, done, args)
     names = {c.name for c in chosen}
-    text = report([r for r in done if r["case"] in names], now, arguments(args), read_results(args.peer))
+    judged, peer = ([r for r in results if r["case"] in names] for results in (done, read_results(args.peer)))
+    text = report(judged, now, arguments(args), peer)
     print(text)
     if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")

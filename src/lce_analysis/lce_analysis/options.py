@@ -155,9 +155,8 @@ class DiagnoseOptions:
     worse : on data left out no error of a sensor of its stage may rise by more than this share, and of no other sensor
         by more than ``bent``; that behind the heat by more than half of what the temperature gains, too.
     agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
-        include the spread from run to run.
-    alike : that mean may differ from the strength of all runs together by this share, or by so many standard errors,
-        of that of all runs as well where it is significant.
+        include the spread from run to run, and the strength of all runs together by so many of its own.
+    alike : the two may differ by this share of the mean, or by so many of the larger of their standard errors.
     most, nearly_all, near : the last effect of a part of the model must take away the share ``most`` of what was left
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
@@ -173,7 +172,8 @@ class DiagnoseOptions:
         its noise, the other base models are identified. Those are searched for effects that without any leave at most
         ``other_begins`` times the squared error of the present one, and of the best: what is missing may look like the
         wrong form. If there is one, the equilibrium model is searched as well. If in the end one leaves at most the
-        share ``other_base`` of what is above the noise, no effect of the deformation is named beside the present one.
+        share ``other_base`` of what is above the noise, or no more with fewer effects (up to ``worth_noise``), no
+        effect of the deformation is named beside the present one.
     alias_correlation : |ρ| from which two effects look alike.
     alias_evidence : an effect that looks alike and was not refitted joins the set if it promised more than this share.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A base model of the wrong form is not mended by effects if another base model explains the runs better."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -123,3 +125,21 @@ def test_no_other_base_model_is_tried_beside_one_that_explains_the_runs(monkeypa
     fitted = lce.fit(lce.default_model("lumped", "equilibrium"), runs[:2]).model
     monkeypatch.setattr("lce_analysis.diagnosis.other_base.identify", lambda *_: pytest.fail("identified"))
     assert OtherBases(searched(fitted, runs)).better() is None
+
+
+@pytest.mark.parametrize(("truth", "preferred"), [("equilibrium", True), ("kinetic", False)])
+def test_the_quickest_base_model_takes_the_place_of_effects_that_it_does_without(
+    truth: str, preferred: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Within 50 × noise all counts as explained here, and the model as one to which an effect had to be added."""
+    runs = recorded(lce.default_model("lumped", truth))
+    fitted = lce.fit(lce.default_model("lumped", "kinetic"), runs[:2]).model
+    search = Search(fitted, runs[:2], runs[2:], (), DiagnoseOptions(compared_from=50.0), silent)
+    assert OtherBases(search).better() is None, "no effect was needed"
+    step = SimpleNamespace(without=search.present)
+    monkeypatch.setattr("lce_analysis.diagnosis.other_base._deformation_steps", lambda _: [step])
+    found = OtherBases(search).better()
+    assert (found is not None) == preferred
+    if found is not None:
+        assert found.deformation == "equilibrium" and found.added == []
+        assert found.other.rms[DISPLACEMENT] < 1.2

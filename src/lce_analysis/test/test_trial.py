@@ -113,6 +113,13 @@ def test_a_strength_of_all_runs_is_as_sure_as_its_own_error(error: float, found:
     assert _objection(strengths=replace(runs, overall=Estimate(0.065, error))) == found
 
 
+def test_a_strength_of_all_runs_within_its_own_error_is_none() -> None:
+    """As 2.1 ± 4.5 J/g of latent heat, beside a laser whose droop follows its power: each run alone is sure."""
+    strengths = _strengths(0.098, 0.103)
+    assert _objection(strengths=replace(strengths, overall=Estimate(0.1, 0.049))) == ""
+    assert _objection(strengths=replace(strengths, overall=Estimate(0.1, 0.051))) == "varies"
+
+
 def test_an_effect_that_the_free_parameters_mask() -> None:
     assert _objection(score=replace(SCORE, visibility=0.5 * OPTIONS.min_visibility)) == "masked"
 

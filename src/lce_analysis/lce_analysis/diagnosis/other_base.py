@@ -4,6 +4,8 @@
 Effects can mend a base model that has the wrong form, and are named for what is not there. So where the displacement
 is left above its noise, the other physical base models are identified from the same runs, without effects of the
 deformation. The most promising are searched for effects too, and what one leaves in the end is judged on the same data.
+It is preferred as well if it leaves no more with fewer effects. Where the present model explains the displacement by
+effects, only the quickest is identified, without any.
 """
 
 from __future__ import annotations
@@ -101,22 +103,34 @@ class OtherBases:
         return _explains(pair, options) and _leaves_less(pair, options)
 
     def better(self) -> OtherBase | None:
-        """The best of them; None if the displacement is explained, or none does clearly better."""
+        """The best of them; None if none leaves clearly less, or as little with fewer effects."""
         search, options = self._search, self._search.options
         present = search.present
-        explained = present.mean_squares.get(DISPLACEMENT, 0.0) <= options.compared_from**2
-        if explained or present.drive == "measured" or not self._begin_well:
+        if present.drive == "measured":
             return None
-        model, steps = self._found
+        if present.mean_squares.get(DISPLACEMENT, 0.0) <= options.compared_from**2:
+            found = self._quickest_alone
+        else:
+            found = self._found if self._begin_well else None
+        if found is None:
+            return None
+        model, steps = found
         pair = _errors(search, present.model, model)
         if steps and not _explains(pair, options):
             # Too much is left to name an effect; the other form may be worth having by itself.
             model, steps = steps[0].without.model, ()
             pair = _errors(search, present.model, model)
-        if not _leaves_less(pair, options):
+        simpler = len(steps) < len(_deformation_steps(search)) and _leaves_no_more(pair, options)
+        if not simpler and not _leaves_less(pair, options):
             return None
         names = tuple(run.name for run in _judged(search).runs)
         return OtherBase(model, steps, tuple(_names(present.model)), pair.before, pair.after, names)
+
+    @property
+    def _quickest_alone(self) -> tuple[Model, tuple[Step, ...]] | None:
+        """The quickest of them without effects, where the present one needed effects of the deformation."""
+        model = _identified(QUICKEST, self._search) if _deformation_steps(self._search) else None
+        return None if model is None else (model, ())
 
     @cached_property
     def _begin_well(self) -> list[Model]:
@@ -169,8 +183,12 @@ class OtherBases:
 
 def _before_deformation(search: Search) -> StagedFit:
     """The present model as it was before an effect of the deformation was added."""
-    found = (step.without for step in search.steps if not acts_on_temperature(step.trial.effect))
-    return next(found, search.present)
+    return next((step.without for step in _deformation_steps(search)), search.present)
+
+
+def _deformation_steps(search: Search) -> list[Step]:
+    """The effects of the deformation that were added."""
+    return [step for step in search.steps if not acts_on_temperature(step.trial.effect)]
 
 
 def _identified(deformation: str, search: Search) -> Model | None:
@@ -231,6 +249,12 @@ def _leaves_less(pair: Pair, options: DiagnoseOptions) -> bool:
     """Does the second model leave clearly less above the noise?"""
     before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
     return after < options.other_base * before
+
+
+def _leaves_no_more(pair: Pair, options: DiagnoseOptions) -> bool:
+    """Does the second model leave as little, but for what is not worth having?"""
+    before, after = (misfit.above_noise(DISPLACEMENT) for misfit in (pair.judged_before, pair.judged_after))
+    return after <= before + options.worth_noise
 
 
 def _names(model: Model) -> Iterator[str]:

@@ -182,12 +182,14 @@ def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, op
 def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool:
     """Is the strength of the runs one strength, as far as their errors can tell, and that of all of them together?
 
+    Neither may lie within its own errors of the null value.
+
     Where the effect reads what is one number in every run, no run by itself shows a strength: nothing is asked.
     """
     if differs_between_runs_only(trial.effect, [i.run for i in trial.fit.problem.inputs]):
         return True
     overall, mean, null = strengths.overall, strengths.mean, trial.effect.null
-    shown = [e.standard_error for e in (mean, overall) if abs(e.value - null) > options.agreement * e.standard_error]
-    distance = abs(overall.value - mean.value)
-    alike = distance <= max(options.agreement * max(shown, default=0.0), options.alike * abs(mean.value - null))
-    return alike and abs(mean.value - null) > options.agreement * mean.standard_error
+    if any(abs(e.value - null) <= options.agreement * e.standard_error for e in (mean, overall)):
+        return False
+    error = max(mean.standard_error, overall.standard_error)
+    return abs(overall.value - mean.value) <= max(options.agreement * error, options.alike * abs(mean.value - null))

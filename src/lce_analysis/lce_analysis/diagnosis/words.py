@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from lce_analysis.diagnosis.disturbed import outside
 from lce_analysis.diagnosis.held_out import HeldOut
-from lce_analysis.diagnosis.misfit import Misfit
+from lce_analysis.diagnosis.misfit import NOISE, Misfit
 from lce_analysis.diagnosis.stage_problem import Part
 from lce_analysis.diagnosis.structure import TOLD
 from lce_analysis.diagnosis.trial import Objection
@@ -42,6 +42,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
 """What the answer says of an effect that explains much and that it does not name."""
 AT_JUMPS: Final = 1.1
 """Error on every sample over that away from jumps, from which on it is reported."""
+RISES: Final = 1.02
+"""Squared error with an effect over that without, from which on the answer says that it rises."""
 DEFAULT_THERMAL: Final = "lumped"
 """Of `lce fit`."""
 
@@ -183,6 +185,7 @@ def _step(step: Step) -> Iterator[str]:
         f"With it {step.actual_reduction:.0%} of the squared error above the noise goes "
         f"({step.predicted_reduction:.0%} was predicted before the refit)."
     )
+    yield from _gets_worse(step)
     yield from _since(step)
     if others := step.alias_set[1:]:
         yield f"These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
@@ -191,6 +194,15 @@ def _step(step: Step) -> Iterator[str]:
 def _named(step: Step) -> str:
     """What is missing, and what data left out say of it."""
     return f"{step.added} is missing: {step.trial.effect.meaning}; {outcome(step.held_out, '')}"
+
+
+def _gets_worse(step: Step) -> Iterator[str]:
+    """Which sensors that did not decide are explained worse with the effect, on data left out."""
+    before, after = step.held_out.before, step.held_out.after
+    for channel in (c for c in before.total if c not in step.trial.stage.channels):
+        if after.mean_square(channel) > max(RISES * before.mean_square(channel), NOISE):
+            judged = " and the ".join(c.name for c in step.trial.stage.channels)
+            yield f"The {channel.name} is explained worse with it; the effect was judged on the {judged}."
 
 
 def _since(step: Step) -> Iterator[str]:
