@@ -50,11 +50,8 @@ LIGHT = ("laser_saturation", "laser_droop", "photobleaching", "laser_hops", "sli
 HISTORY = ("creep", "backlash", "residual_strain", "sticking_guide")
 """What happens to the displacement behind the strip."""
 
-HEAT = (
-    "order_dependent_absorption", "ambient_drift", "radiation", "natural_convection", "latent_heat",
-    "clamp_conduction", "draught", "gusts",
-)  # fmt: skip
-"""What happens in the strip's heat."""
+HEAT = ("ambient_drift", "radiation", "natural_convection", "latent_heat", "clamp_conduction", "draught", "gusts")
+"""What happens in the strip's heat, and does not hang on the order, which only the displacement shows."""
 
 SENSORS = ("camera_lag", "emissivity_error", "displacement_drift", "temperature_clip", "swaying_weight")
 """What happens in the sensors."""

@@ -11,6 +11,7 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
 from lce_analysis.diagnosis.misfit import Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
+from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Estimate, Strengths
 from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, goes_far, objection, penalty, with_effect
@@ -18,7 +19,10 @@ from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import Sampling
 from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
-from lce_model import default_model
+from lce_data.progress import silent
+from lce_data.run import Run, Series
+from lce_data.units import KELVIN
+from lce_model import default_model, simulate
 from lce_model.effects import find
 
 CREEP = find("creep")
@@ -215,6 +219,22 @@ def test_a_second_start_has_the_strength_that_is_expected_and_all_else_as_it_was
     assert there[CREEP.strength_key] == SCORE.expected_strength
     assert there["creep.tau_v"] == 8.0
     assert there.set({key: before[key] for key in (CREEP.strength_key, "creep.tau_v")}) == before
+
+
+def test_a_second_start_without_a_slope_is_where_the_effect_leaves_least() -> None:
+    """The score test expects the end of the camera's range at 103 °C, which the model never reaches."""
+    time_s = np.arange(0.0, 120.0, 0.1)
+    power_w = np.where(time_s % 40.0 < 25.0, 1.6, 0.2)
+    plain = default_model("lumped", "none")
+    shown = np.minimum(simulate(plain, time_s, power_w)[TEMPERATURE], KELVIN + 60.0)
+    noise = 0.05 * np.random.default_rng(0).standard_normal(time_s.size)
+    run = Run.of("a", Series(time_s, power_w), Series(time_s, shown + noise))
+    clip = find("temperature_clip")
+    [stage] = Search(plain, [run], (), [clip], OPTIONS, silent).present.heat
+    score = replace(SCORE, effect=clip, direction=Direction(clip, {}, 0.0125), expected_strength=0.0097)
+    there = effect_alone(stage, score).model
+    assert 1.0 / there[clip.strength_key] == pytest.approx(60.0, abs=0.3)
+    assert there.set({clip.strength_key: 0.0}) == stage.fit.problem.model
 
 
 @pytest.mark.parametrize(

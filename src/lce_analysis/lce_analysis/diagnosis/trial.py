@@ -7,6 +7,7 @@ from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
@@ -100,18 +101,38 @@ def first_step(stage: StageProblem, score: Score, solve: Floats) -> Problem:
         there = base.at(z + length * shift)
         value = effect.null + length * strength
         there = replace(there, model=there.model.set({**score.direction.settings, effect.strength_key: value}))
-        residual = there.residuals(there.first())
-        error = float(residual @ residual)
+        error = _squared_error(there)
         if error < least:
             best, least = there, error
     return best
 
 
 def effect_alone(stage: StageProblem, score: Score) -> Problem:
-    """The full model with the effect at the strength that is expected of it, all else as it was."""
+    """The full model with the effect at the strength that is expected of it, all else as it was.
+
+    An effect that is measured at several strengths has no slope: it gets the one that leaves least. At an end of the
+    camera's range where the model does not come, a refit would find no way.
+    """
     base, effect = stage.fit.problem, score.effect
-    settings = {**score.direction.settings, effect.strength_key: score.expected_strength}
-    return replace(base, model=base.model.set(settings))
+
+    def at(strength: float) -> Problem:
+        return replace(base, model=base.model.set({**score.direction.settings, effect.strength_key: strength}))
+
+    if len(effect.step_sizes) == 1:
+        return at(score.expected_strength)
+    tried = sorted({effect.null, score.expected_strength, *(effect.null + size for size in effect.step_sizes)})
+    errors = [_squared_error(at(strength)) for strength in tried]
+    # Of those that do nothing, the one next to where it begins to do something.
+    k = max(i for i, error in enumerate(errors) if error == min(errors))
+    bounds = tried[max(k - 1, 0)], tried[min(k + 1, len(tried) - 1)]
+    between = minimize_scalar(lambda strength: _squared_error(at(strength)), bounds=bounds, method="bounded")
+    return at(float(between.x) if between.fun < errors[k] else tried[k])
+
+
+def _squared_error(problem: Problem) -> float:
+    """Of a problem as it stands, in units of the noise."""
+    residual = problem.residuals(problem.first())
+    return float(residual @ residual)
 
 
 def goes_far(trial: Trial, options: DiagnoseOptions) -> bool:
