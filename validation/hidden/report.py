@@ -224,7 +224,9 @@ def peer_table(peer: Sequence[Result]) -> list[str]:
 
 def report(results: Sequence[Result], version: str, arguments: str = "", peer: Sequence[Result] = ()) -> str:
     """The whole document; ``arguments`` of the command that made it, ``peer`` the results of `hidden/peer.py`."""
-    lines = ["# Hidden effects", "", HEAD.format(version=version, arguments=arguments), "", *overview(results), ""]
+    heat_only = all(ALL[r["family"]].heat_only for r in results)
+    title = "# Hidden effects, the heat alone" if results and heat_only else "# Hidden effects"
+    lines = [title, "", HEAD.format(version=version, arguments=arguments), "", *overview(results), ""]
     for family in ALL.values():
         if members := [r for r in results if r["family"] == family.name]:
             lines += family_table(members, family)
