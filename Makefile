@@ -5,7 +5,7 @@ RUN := tools/env.sh
 .PHONY: help setup build demo test lint format docs pictures tables hidden hidden-heat discovery days heater comparison control faults interrupts fuzz bench lock clean
 
 help:  ## this list
-	@sed -nE 's/^([a-z]+):[^#]*## /\1\t/p' Makefile | expand -t 10
+	@sed -nE 's/^([a-z-]+):[^#]*## /\1\t/p' Makefile | expand -t 13
 
 setup:  ## .venv with ROS 2 Jazzy and all tools, workspace built (the others call it)
 	@tools/setup.sh

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import time
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from campaign import CAMPAIGNS, Case
 from cases import cases
-from families import ALL
+from families import ALL, FAMILIES
 from peer import RESULTS as PEER_RESULTS
 from peer import read_results
 from report import report
@@ -136,14 +136,17 @@ def _words(case: Case) -> tuple[Any, ...]:
 
 
 def options(
-    description: str = "diagnosis on strips with hidden effects", results: Path = RESULTS, seeds: int = 1
+    description: str = "diagnosis on strips with hidden effects",
+    results: Path = RESULTS,
+    seeds: int = 1,
+    families: Iterable[str] = FAMILIES,
 ) -> argparse.Namespace:
-    """What the command line says."""
+    """What the command line says; ``families`` are those that it may name."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--seeds", type=int, default=seeds, help="strips of each kind of case")
     parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
     parser.add_argument("--only", default="", help="cases whose name holds this text")
-    parser.add_argument("--families", nargs="+", default=[], choices=list(ALL), metavar="FAMILY")
+    parser.add_argument("--families", nargs="+", default=[], choices=list(families), metavar="FAMILY")
     parser.add_argument("--campaign", default="full", choices=list(CAMPAIGNS), help="runs of each strip")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once on this machine")
     parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
@@ -186,7 +189,7 @@ def judge_all(chosen: Sequence[Case], done: list[Result], args: argparse.Namespa
 
 def main() -> int:
     """Run what is not done yet, within the time given; print and write the report."""
-    args = options()
+    args = options(families=ALL)
     now = version()
     if args.fresh:
         args.results.unlink(missing_ok=True)

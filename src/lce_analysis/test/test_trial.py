@@ -2,6 +2,7 @@
 """What speaks against an effect: each objection has its case, made from plain numbers."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Estimate, Strengths
 from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, goes_far, objection, penalty, with_effect
+from lce_analysis.diagnosis.words import _gets_worse
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import Sampling
@@ -132,6 +134,19 @@ def test_an_error_that_rises_on_data_left_out() -> None:
     assert _objection(held_out=_held_out({DISPLACEMENT: 5.0}, {DISPLACEMENT: 5.2})) == "worse"
     both = {TEMPERATURE: 1.0, DISPLACEMENT: 5.0}
     assert _objection(held_out=_held_out(both, {TEMPERATURE: 1.5, DISPLACEMENT: 1.05})) == "worse"
+
+
+def test_the_answer_says_which_sensor_gets_worse_that_did_not_decide() -> None:
+    """The heat's own effect may raise the displacement: "confirmed" is said of the temperature alone."""
+
+    def said(before: float, after: float) -> list[str]:
+        held_out = _held_out({TEMPERATURE: 9.0, DISPLACEMENT: before}, {TEMPERATURE: 1.0, DISPLACEMENT: after})
+        stage = SimpleNamespace(channels=(TEMPERATURE,))
+        return list(_gets_worse(SimpleNamespace(held_out=held_out, trial=SimpleNamespace(stage=stage))))
+
+    (sentence,) = said(50.0, 60.0)
+    assert sentence == "The displacement is explained worse with it; the effect was judged on the temperature."
+    assert said(50.0, 40.0) == said(50.0, 50.5) == said(0.9, 0.99) == []
 
 
 @pytest.mark.parametrize(
