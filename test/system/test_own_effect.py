@@ -191,7 +191,7 @@ def test_a_parameter_without_a_grid_is_named_where_the_strength_stays_at_zero(fo
     effect = find(str(with_threshold(folder, 340.0)))
     assert effect.at_default_only == ("limit",)
     told = reason(effect, "null")
-    assert told.startswith("refitted, its strength stays at zero or the error does not fall; ")
+    assert told.startswith("refitted, its strength stays within 0.1 % of its range of its null value, or the error")
     assert told.endswith("it was looked for at limit = 340 only, give `grid` in above_340.py values to try")
     assert "grid" not in reason(effect, "chance")
     assert "grid" not in reason(find(str(folder / "glare.py")), "null")
