@@ -33,6 +33,7 @@ class FitOptions:
     same_weights : the rounds end when no weight changes by this share or more.
     negligible : the last fit ends at a step that changes the sum of squares, in units of the misfit, by less:
         a fifth of a standard error.
+    slow : it ends as well where five steps together change it by less.
     noise_level : RMS residual in units of the noise at which a search is over.
     moved : under constant power a series shows a step if it drifts by more than so many times its noise.
     undetermined : standard error, in natural units (e-folds, tenths of the bounds), above which the data do not
@@ -60,9 +61,10 @@ class FitOptions:
     starts: int = 20
     evolutions: int = 6
     same_minimum: float = 0.02
-    refined: int = 6
+    refined: int = 12
     reweighted: int = 3
     negligible: float = 0.05
+    slow: float = 1.0
     noise_level: float = 1.05
     same_weights: float = 0.05
     moved: float = 5.0
@@ -77,7 +79,7 @@ class FitOptions:
         _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "profile_points")
         _check_at_least(self, 0, "seed", "reweighted")
         _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "bootstrap_block")
-        _check_at_least(self, 0.0, "same_minimum", "same_weights")
+        _check_at_least(self, 0.0, "same_minimum", "same_weights", "slow")
         _check_share(self, "strong_correlation", "differing")
 
 

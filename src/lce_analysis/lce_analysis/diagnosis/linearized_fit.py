@@ -5,20 +5,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.identification.least_squares import SLOW
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.identification.random_effects import settle
 from lce_data.channels import Channel
 from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
-
-SLOW: Final = 3e-4
-"""Share of the squared error by which a few steps of a refit must lower it, or it ends: shares of 5 % are judged."""
 
 
 @dataclass(frozen=True)

@@ -33,9 +33,9 @@ BASES: Final = ("equilibrium", "kinetic", "dynamic")
 """The physical deformation models, the quickest first."""
 QUICKEST: Final = "equilibrium"
 """The one whose search takes a few seconds."""
-SLOW: Final = "dynamic"
+SLOWEST: Final = "dynamic"
 """The one whose identification takes a search for the global minimum."""
-QUICK: Final = FitOptions(random_guesses=400, starts=4, reweighted=0)
+QUICK: Final = FitOptions(random_guesses=400, starts=4, reweighted=0, slow=5.0)
 """Of a fit that is to compare models, not to publish one: they are refitted before they are judged."""
 
 
@@ -94,7 +94,7 @@ class OtherBases:
         """
         search, options = self._search, self._search.options
         measured = DISPLACEMENT in search.present.mean_squares
-        if model.deformation != SLOW or not measured or search.present.drive == "measured":
+        if model.deformation != SLOWEST or not measured or search.present.drive == "measured":
             return False
         own = _errors(search, _before_deformation(search).model, model)
         if _explains(own, options) or not self._begin_well:
@@ -145,7 +145,7 @@ class OtherBases:
         least = min(left, default=0.0)
         limit = search.options.other_begins * min(least, _left(search, _before_deformation(search).model))
         close = [(other, x) for other, x in zip(others, left, strict=True) if x <= limit]
-        well = [other for other, x in close if x == least or other.deformation != SLOW]
+        well = [other for other, x in close if x == least or other.deformation != SLOWEST]
         return well + [other for other in others if well and other.deformation == QUICKEST and other not in well]
 
     @cached_property

@@ -8,7 +8,7 @@
 3. Every parameter of both stages at once, each output weighted by the misfit that 1 and 2 left.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Self
@@ -21,6 +21,7 @@ from lce_analysis.identification.coarse import coarse, is_long
 from lce_analysis.identification.first_guess import search_box, thinned, with_curves_guess, with_thermal_guess
 from lce_analysis.identification.least_squares import (
     EPSILON,
+    SLOW,
     TOLERANCE,
     Optimum,
     evolve,
@@ -57,10 +58,12 @@ ASTRAY = 0.1
 """Share of the spread of a series: a search that leaves more is begun again once, from other guesses."""
 SPINODAL, RUNS_ON, JUMPS = "dynamic.spinodal", 0.01, 100.0
 """A parameter of the dynamic model, and values of it [1/K] in its two valleys."""
-HALVING = ((20, 8), (5, 25), (2, 200))
+HALVING = ((40, 8), (8, 25), (2, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps.
 
 This shares out the work; the last round runs to the end whatever the first two were."""
+REFINING = 30
+"""Steps from a member of a population; the best go on, beside all runs."""
 
 
 def fit(
@@ -203,10 +206,17 @@ class _Search:
         """RMS noise of those channels that were measured."""
         return {channel: x for channel, x in self.noise.items() if channel in channels}
 
-    def _polish(self, problem: Problem, label: str, tolerance: float = TOLERANCE) -> tuple[Problem, Optimum]:
-        found, optimum = settle(problem, label, self.progress, 100, tolerance)
+    def _polish(
+        self, problem: Problem, label: str, tolerance: float = TOLERANCE, slow: float = 0.0
+    ) -> tuple[Problem, Optimum]:
+        found, optimum = settle(problem, label, self.progress, 100, tolerance, slow)
         self._count(optimum)
         return found, optimum
+
+    def _to_the_end(self, problem: Problem, label: str) -> Problem:
+        """A last fit, whose errors are in units of the misfit."""
+        negligible, slow = self.options.negligible / problem.size, self.options.slow / problem.size
+        return self._polish(problem, label, negligible, slow)[0]
 
     def _adopt(self, there: Problem) -> None:
         self.model, self.starts = there.model, there.starts_k
@@ -309,7 +319,7 @@ class _Search:
                 continue
             found = []
             for guess in reached[:keep]:
-                optimum = levenberg_marquardt(problem, guess, label, self.progress, iterations)
+                optimum = levenberg_marquardt(problem, guess, label, self.progress, iterations, slow=SLOW)
                 self._count(optimum)
                 found.append(optimum)
                 if self.interrupted or optimum.rms < self.options.noise_level:
@@ -322,7 +332,8 @@ class _Search:
         model = problem.at(best.variables).model
         other = model.set({SPINODAL: RUNS_ON if model[SPINODAL] > 1.0 else JUMPS})
         guess = replace(problem, model=other).first()
-        found = levenberg_marquardt(problem, guess, f"{label}, other reading of §5.1", self.progress, HALVING[-1][1])
+        name = f"{label}, other reading of §5.1"
+        found = levenberg_marquardt(problem, guess, name, self.progress, HALVING[-1][1], slow=SLOW)
         self._count(found)
         return min(best, found, key=lambda optimum: optimum.rms)
 
@@ -366,7 +377,8 @@ class _Search:
         for guess in scattered(population, self.options.refined):
             if self.interrupted:
                 break
-            refined.append(levenberg_marquardt(problem, guess, f"{label}, refined", self.progress, 100))
+            name = f"{label}, refined"
+            refined.append(levenberg_marquardt(problem, guess, name, self.progress, REFINING, slow=SLOW))
             self._count(refined[-1], len(self.inputs))
         return refined or [rough]
 
@@ -398,19 +410,24 @@ class _Search:
     def joint(self, thermal: Problem, deformation: Problem) -> Problem:
         """Step 3: each output weighted by the misfit that is left, until the weights no longer change."""
         sigma = self._misfit(replace(thermal, model=self.model, starts_k=self.starts)) | self._misfit(deformation)
-        free = self._free(STAGES)
+        self._jointly([coarse(i) for i in self.inputs], sigma, "both stages, coarser grid")
         for _ in range(self.options.reweighted):
-            observed = observed_series(self.inputs, sigma)
-            problem = Problem(
-                self.model, self.inputs, free, self.starts, observed, *start_conditions(self.inputs, self.model)
-            )
+            problem = self._jointly(self.inputs, sigma, "both stages")
             if self.interrupted:
                 return problem
-            problem, _ = self._polish(problem, "both stages", self.options.negligible / problem.size)
-            self._adopt(problem)
             before, sigma = sigma, self._misfit(problem)
             if max(abs(sigma[channel] / before[channel] - 1.0) for channel in sigma) < self.options.same_weights:
                 break
+        return problem
+
+    def _jointly(self, inputs: Sequence[SimulationInput], sigma: Mapping[Channel, float], label: str) -> Problem:
+        """Every parameter of both stages at once, from where the model stands; as it stands where it was interrupted."""
+        observed = observed_series(inputs, sigma)
+        conditions = start_conditions(inputs, self.model)
+        problem = Problem(self.model, inputs, self._free(STAGES), self.starts, observed, *conditions)
+        if not self.interrupted:
+            problem = self._to_the_end(problem, label)
+            self._adopt(problem)
         return problem
 
     def _misfit(self, problem: Problem) -> dict[Channel, float]:
@@ -436,8 +453,7 @@ class _Search:
         """The deformation alone, on every sample: where only it is fitted, or the measured temperature drives it."""
         if self.interrupted:
             return deformation
-        tolerance = self.options.negligible / deformation.size
-        found, _ = self._polish(deformation, f"{self.model.deformation} model, all samples", tolerance)
+        found = self._to_the_end(deformation, f"{self.model.deformation} model, all samples")
         self._adopt_deformation(found)
         return replace(found, model=self.model)
 

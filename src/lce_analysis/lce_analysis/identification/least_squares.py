@@ -26,6 +26,10 @@ POPULATION: Final = 10
 FIRST_CANDIDATES: Final = 4000
 SLOW_STEPS: Final = 5
 """Steps by which it is seen that a search hardly gets on."""
+SLOW: Final = 3e-4
+"""Share of the squared error by which they must lower it, or a search ends whose errors are compared: 5 % is judged."""
+GENERATIONS: Final = 20
+"""Of a population, at most. It is spread over several minima yet, and least squares find them from its members."""
 
 
 class _HardlyGetsOn(Exception):
@@ -107,7 +111,7 @@ def evolve(
     progress: Progress,
     seed: tuple[int, ...],
     box: tuple[Floats, Floats],
-    generations: int = 100,
+    generations: int = GENERATIONS,
 ) -> tuple[Optimum, Floats]:
     """Differential evolution over the box of the free parameters, until the weighted RMS residual is ``enough``.
 
