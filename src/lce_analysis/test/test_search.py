@@ -7,7 +7,7 @@ import numpy as np
 
 from lce_analysis import DiagnoseOptions
 from lce_analysis.diagnosis.accepted import VariationStep
-from lce_analysis.diagnosis.looking_back import _without_difference
+from lce_analysis.diagnosis.looking_back import _without_difference, keep_what_explains
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.variation import variation_trial
 from lce_data.channels import TEMPERATURE
@@ -19,14 +19,14 @@ from lce_model.effects import find
 HEATER = default_model("lumped", "none")
 
 
-def heater(name: str, gain: float, ambient_k: float, seed: int) -> Run:
-    """A run of 60 s of dT/dt = (K P - (T - T_env))/τ with τ = 12 s, solved exactly for a power held over 0.1 s."""
+def heater(name: str, gain: float, ambient_k: float, seed: int, tau_s: float = 12.0) -> Run:
+    """A run of 60 s of dT/dt = (K P - (T - T_env))/τ, solved exactly for a power held over 0.1 s."""
     time = np.arange(0.0, 60.0, 0.1)
     power = np.where(time % 30.0 > 5.0, 1.2, 0.2)
     kelvin = [ambient_k]
     for watt in power[:-1]:
         steady = ambient_k + gain * watt
-        kelvin.append(steady + (kelvin[-1] - steady) * float(np.exp(-0.1 / 12.0)))
+        kelvin.append(steady + (kelvin[-1] - steady) * float(np.exp(-0.1 / tau_s)))
     noise = 0.05 * np.random.default_rng(seed).standard_normal(time.size)
     return Run.of(name, Series(time, power), Series(time, np.array(kelvin) + noise), sha256=name)
 
@@ -75,3 +75,20 @@ def test_an_effect_is_judged_anew_once_what_differed_beside_it_is_taken_out() ->
     search.finish()
     (step,) = search.steps
     assert (step.held_out.how, step.held_out.names) == ("each run in turn", tuple(run.name for run in runs))
+
+
+def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -> None:
+    """Runs that share neither gain nor ambient temperature nor time constant, before a camera that is 2 s late."""
+    own = [(40.0, 296.0, 12.0), (46.0, 298.0, 9.0), (52.0, 295.0, 15.0), (43.0, 299.0, 19.0)]
+    runs = [heater(f"day-{i}", gain, ambient, i, tau) for i, (gain, ambient, tau) in enumerate(own)]
+    for run in runs:
+        camera = run.series[TEMPERATURE].value
+        camera[:] = np.convolve(np.pad(camera, (40, 0), "edge"), np.full(41, 1 / 41), "valid")
+        camera += 0.05 * np.random.default_rng(9).standard_normal(camera.size)
+    search = Search(HEATER, runs, (), [find("camera_lag")], DiagnoseOptions(), silent)
+    while (trial := variation_trial(search.present.heat[0], search.left_out, search.options, silent)) is not None:
+        search.accept(search._variation_step(trial))
+    search.accept(search._step(search.trials.of(find("camera_lag"), search.present.heat), ("camera_lag",)))
+    keep_what_explains(search, 0)
+    assert set(search.present.model.varies) == {"lumped.gain", "lumped.tau", "ambient.t_env"}
+    assert [step.added for step in search.steps] == ["camera_lag"]

@@ -2,6 +2,7 @@
 """What was accepted has to prove itself once more beside what came after it: take back what does not."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep, strengths_in
@@ -9,6 +10,7 @@ from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of, share_removed
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
+from lce_analysis.identification.by_run import may_vary
 from lce_analysis.options import DiagnoseOptions
 from lce_model import Model
 
@@ -137,20 +139,24 @@ def _explained(chain: Chain, last: Step) -> bool:
     """Does the last effect take most of what would be left without it?
 
     Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
-    Then it has to take most of the error of the runs held out as well.
+    Then it has to take most of the error of the runs held out as well. Where each run has a model of its own, no
+    parameter of the base being one for all, it has to take nearly all.
     """
+    options, stage = chain.options, last.trial.stage
     if not chain.present.model.varies:
         errors = last.held_out.errors
-        return _explains(last, errors.judged_before, errors.judged_after, chain.options)
+        return _explains(last, errors.judged_before, errors.judged_after, options)
+    present = chain.present.stage(stage.part)
+    if present is not None and not may_vary(present.fit.problem):
+        options = replace(options, most=options.nearly_all)
     without = chain.refitted(chain.present.model.without(last.trial.effect.reference))
     before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
-    stage = last.trial.stage
     tested = chain.left_out.on_test_runs(stage, without.model, chain.present.model)
     if tested is not None:
         errors = tested.errors
-        if reduction(errors.judged_before, errors.judged_after, stage.channels) < chain.options.most:
+        if reduction(errors.judged_before, errors.judged_after, stage.channels) < options.most:
             return False
-    return _explains(last, before, after, chain.options)
+    return _explains(last, before, after, options)
 
 
 def _leaves_its_shape(chain: Chain, last: Step) -> bool:
