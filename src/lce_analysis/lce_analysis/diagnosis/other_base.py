@@ -166,7 +166,8 @@ class OtherBases:
     def _searched(self, model: Model) -> tuple[Model, tuple[Step, ...]]:
         """A base model with what it lacks, and the steps that found that.
 
-        Where the present model explains the displacement, another one has to come near the noise with one effect.
+        Where the present model explains the displacement, another one has to come near the noise with one effect. One
+        that needs values of its own for each run as well is no better form, and nothing is named beside it.
         """
         search, options = self._search, self._search.options
         if _left(search, model) <= options.compared_from**2:
@@ -178,7 +179,7 @@ class OtherBases:
             return near and _left(search, trial) > options.near**2
 
         found = _search_beside(model, search, hopeless)
-        return found.present.model, tuple(found.steps)
+        return (model, ()) if found.variations else (found.present.model, tuple(found.steps))
 
 
 def _before_deformation(search: Search) -> StagedFit:
