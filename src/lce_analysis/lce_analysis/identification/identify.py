@@ -421,7 +421,7 @@ class _Search:
         return problem
 
     def _jointly(self, inputs: Sequence[SimulationInput], sigma: Mapping[Channel, float], label: str) -> Problem:
-        """Every parameter of both stages at once, from where the model stands; there still, where it was interrupted."""
+        """Every parameter of both stages at once, from where the model stands; unchanged where it was interrupted."""
         observed = observed_series(inputs, sigma)
         conditions = start_conditions(inputs, self.model)
         problem = Problem(self.model, inputs, self._free(STAGES), self.starts, observed, *conditions)
