@@ -109,6 +109,16 @@ def test_an_effect_that_leaves_too_much_beside_another_base_model_is_not_named()
     assert found.other.rms[DISPLACEMENT] > step.held_out.after.rms[DISPLACEMENT]
 
 
+def test_nothing_is_named_beside_a_base_model_that_needs_values_for_each_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = recorded(lce.default_model("lumped", "equilibrium", ("backlash",)).set({"backlash.width": 60e-6}))
+    start, candidates = lce.default_model("lumped", "dynamic"), [find("backlash")]
+    search = Search(start, runs[:2], runs[2:], candidates, DiagnoseOptions(), silent)
+    assert [step.added for step in OtherBases(search)._found[1]] == ["backlash"]
+    monkeypatch.setattr(Search, "variations", [SimpleNamespace(key="equilibrium.b")])
+    model, steps = OtherBases(search)._found
+    assert steps == () and "backlash" not in model.effects
+
+
 def test_a_search_ends_where_its_best_trial_is_explained_elsewhere() -> None:
     plain = lce.default_model("lumped", "equilibrium")
     runs = recorded(plain.add("backlash").set({"backlash.width": 60e-6}))
