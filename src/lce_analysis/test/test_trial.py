@@ -10,6 +10,7 @@ import pytest
 
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
+from lce_analysis.diagnosis.looking_back import bends_the_heat
 from lce_analysis.diagnosis.misfit import Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.search import Search
@@ -147,6 +148,27 @@ def test_the_answer_says_which_sensor_gets_worse_that_did_not_decide() -> None:
     (sentence,) = said(50.0, 60.0)
     assert sentence == "The displacement is explained worse with it; the effect was judged on the temperature."
     assert said(50.0, 40.0) == said(50.0, 50.5) == said(0.9, 0.99) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "part", "after", "bends"),
+    [
+        ("latent_heat", "both", 1.05, True),
+        ("latent_heat", "both", 1.01, False),
+        ("latent_heat", "heat", 1.05, False),
+        ("creep", "both", 1.05, False),
+    ],
+)
+def test_an_effect_of_the_heat_may_not_mend_the_displacement_alone(
+    name: str, part: str, after: float, bends: bool
+) -> None:
+    def misfit(temperature: float, displacement: float) -> Misfit:
+        total = {TEMPERATURE: np.array([100.0 * temperature]), DISPLACEMENT: np.array([100.0 * displacement])}
+        return Misfit(total, dict.fromkeys(total, np.array([100.0])))
+
+    trial = SimpleNamespace(effect=find(name), stage=SimpleNamespace(part=part))
+    step: Any = SimpleNamespace(trial=trial, train=(misfit(1.0, 1.3), misfit(after, 1.1)))
+    assert bends_the_heat(step, DiagnoseOptions()) == bends
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
 from lce_analysis.identification.by_run import may_vary
+from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions
+from lce_data.channels import TEMPERATURE
 from lce_model import Model
 
 
@@ -48,12 +50,20 @@ def take_back_harmful(chain: Chain) -> None:
 
 def helped(step: Step, options: DiagnoseOptions) -> bool:
     """Do the final tables bear the step out: less error in the runs and on data left out, of no sensor much more?"""
-    if rises(step.trial.stage, *step.train, options.bent, options):
+    if rises(step.trial.stage, *step.train, options.bent, options) or bends_the_heat(step, options):
         return False
     before, after = step.held_out.before, step.held_out.after
     channels = [c for c in step.trial.stage.channels if c in before.total]
     falls = any(after.mean_square(c) < before.mean_square(c) for c in channels)
     return step.actual_reduction > 0.0 and falls and not gets_worse(step.trial.stage, step.held_out, options)
+
+
+def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
+    """Does an effect of the heat mend the displacement at the expense of the temperature, which it should mend first?"""
+    trial, (before, after) = step.trial, step.train
+    if trial.stage.part != "both" or TEMPERATURE not in before.total or not acts_on_temperature(trial.effect):
+        return False
+    return after.mean_square(TEMPERATURE) > (1.0 + options.worse) * before.mean_square(TEMPERATURE)
 
 
 def _take_back_needless_differences(chain: Chain, began: int) -> None:

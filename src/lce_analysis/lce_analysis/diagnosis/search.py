@@ -14,6 +14,7 @@ from typing import Final
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.looking_back import (
+    bends_the_heat,
     helped,
     keep_what_explains,
     take_back_harmful,
@@ -184,7 +185,7 @@ class Search(Chain):
     def _confirmed(self, trial: Trial, trials: Sequence[Trial]) -> Step | None:
         """The step that accepts the effect; None if on the runs held out it does not help, or harms another sensor."""
         step = self._step(trial, self.trials.alias_set(trial, trials))
-        if gets_worse(trial.stage, step.held_out, self.options):
+        if gets_worse(trial.stage, step.held_out, self.options) or bends_the_heat(step, self.options):
             self.trials.reject(trial, "worse")
             return None
         tested = self.left_out.on_test_runs(trial.stage, self.present.model, step.with_it.model)
