@@ -59,7 +59,7 @@ def helped(step: Step, options: DiagnoseOptions) -> bool:
 
 
 def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
-    """Does an effect of the heat mend the displacement at the expense of the temperature, which it should mend first?"""
+    """Does an effect of the heat mend the displacement at the expense of the temperature, its own sensor?"""
     trial, (before, after) = step.trial, step.train
     if trial.stage.part != "both" or TEMPERATURE not in before.total or not acts_on_temperature(trial.effect):
         return False
