@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search takes back what it has accepted, in any order."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import pytest
 
 from lce_analysis import DiagnoseOptions
 from lce_analysis.diagnosis.accepted import VariationStep
 from lce_analysis.diagnosis.looking_back import _without_difference, keep_what_explains
 from lce_analysis.diagnosis.search import Search
+from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.variation import variation_trial
-from lce_data.channels import TEMPERATURE
+from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.progress import silent
 from lce_data.run import Run, Series
-from lce_model import default_model
+from lce_model import Model, default_model, simulate
 from lce_model.effects import find
 
 HEATER = default_model("lumped", "none")
@@ -92,3 +95,28 @@ def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -
     keep_what_explains(search, 0)
     assert set(search.present.model.varies) == {"lumped.gain", "lumped.tau", "ambient.t_env"}
     assert [step.added for step in search.steps] == ["camera_lag"]
+
+
+def test_a_refit_on_every_sample_whose_strip_jumps_elsewhere_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    strip = default_model("lumped", "equilibrium")
+    time = np.arange(0.0, 60.0, 0.05)
+    power = np.repeat([1.6, 0.6, 1.4], 400)
+    made, rng = simulate(strip, time, power), np.random.default_rng(0)
+    noisy = {c: made[c] + x * rng.standard_normal(time.size) for c, x in ((TEMPERATURE, 0.06), (DISPLACEMENT, 4e-6))}
+    run = Run.of("a", Series(time, power), *(Series(time, noisy[c]) for c in (TEMPERATURE, DISPLACEMENT)))
+    search = Search(strip, [run], (), (), DiagnoseOptions(), silent)
+    found = search.present
+    assert found.deformation is not None
+    fit = found.deformation.fit
+    spoiled = replace(found, deformation=replace(found.deformation, fit=replace(fit, residual=3.0 * fit.residual)))
+    begun: list[Model] = []
+
+    def refitted(model: Model, every_sample: bool = False) -> StagedFit:
+        begun.append(model)
+        return spoiled if len(begun) == 1 else found
+
+    monkeypatch.setattr(search, "refitted", refitted)
+    assert search._on_every_sample(found) is found
+    first, second = begun
+    assert first == found.model and not np.array_equal(first.vector, second.vector)
+    assert search._error(second, "model") < 1.1 * search._error(first, "model")

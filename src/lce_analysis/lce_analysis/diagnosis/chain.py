@@ -16,6 +16,7 @@ from lce_analysis.diagnosis.stage_problem import Data, StagedFit, carried, refit
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.identification.identify import check_runs, rough_fit
+from lce_analysis.identification.parameter_draws import draw_variables
 from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive, FitOptions
 from lce_analysis.prediction import simulation_input, with_ambient_at_rest
@@ -33,6 +34,8 @@ OTHER_STARTS: Final = 1
 """Seed of an identification from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
+JUMPED, DRAWS = 1.5, 32
+"""A refit on every sample that leaves so many times the error of the coarser grid begins again at the best draw."""
 
 
 class Chain:
@@ -113,6 +116,25 @@ class Chain:
         fewer = replace(self.options, iterations=min(self.options.iterations, FINE))
         return refit_stages(model, self.data, left, fewer, self.progress)
 
+    def _on_every_sample(self, found: StagedFit) -> StagedFit:
+        """What a search found on the coarser grid, refitted on every sample.
+
+        The strip may jump there where it just did not before, or the other way round, and no refit moves a jump into a
+        run. Then it begins again at the best of the models that the coarser grid leaves possible.
+        """
+        fine = self.refitted(found.model, every_sample=True)
+        if found.deformation is None or fine.error <= JUMPED * found.error:
+            return fine
+        problem = found.deformation.fit.problem
+        drawn = [carried(found.model, problem.at(x).model) for x in draw_variables(problem, DRAWS, seed=0)]
+        again = self.refitted(min(drawn, key=partial(self._error, drive=found.drive)), every_sample=True)
+        return min(fine, again, key=lambda fit: fit.error)
+
+    def _error(self, model: Model, drive: Drive) -> float:
+        """Sum of the mean squared errors of all sensors, on every sample."""
+        misfit = self.misfit(model, drive)
+        return sum(misfit.mean_square(channel) for channel in misfit.total)
+
     def identified_anew(self, present: StagedFit) -> StagedFit | None:
         """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
         runs = [run_input.run for run_input in self.coarse.inputs]
@@ -164,7 +186,7 @@ class Chain:
 
     def finish(self) -> None:
         """Refit what was accepted on every sample, and tell every step between the models that this gives."""
-        fits = [self.base, *(self.refitted(a.with_it.model, every_sample=True) for a in self.accepted)]
+        fits = [self.base, *(self._on_every_sample(a.with_it) for a in self.accepted)]
         self.present = fits[-1]
         told: list[Accepted] = []
         for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):
