@@ -113,10 +113,11 @@ def test_nothing_is_named_beside_a_base_model_that_needs_values_for_each_run(mon
     runs = recorded(lce.default_model("lumped", "equilibrium", ("backlash",)).set({"backlash.width": 60e-6}))
     start, candidates = lce.default_model("lumped", "dynamic"), [find("backlash")]
     search = Search(start, runs[:2], runs[2:], candidates, DiagnoseOptions(), silent)
-    assert [step.added for step in OtherBases(search)._found[1]] == ["backlash"]
-    monkeypatch.setattr(Search, "variations", [SimpleNamespace(key="equilibrium.b")])
-    model, steps = OtherBases(search)._found
-    assert steps == () and "backlash" not in model.effects
+    for part, named in (("heat", ["backlash"]), ("both", [])):
+        of_each_run = SimpleNamespace(trial=SimpleNamespace(stage=SimpleNamespace(part=part)))
+        monkeypatch.setattr(Search, "variations", [of_each_run])
+        model, steps = OtherBases(search)._found
+        assert [step.added for step in steps] == named and ("backlash" in model.effects) == bool(named)
 
 
 def test_a_search_ends_where_its_best_trial_is_explained_elsewhere() -> None:

@@ -9,6 +9,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Final, TypeVar
 
+import numpy as np
+
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
@@ -127,7 +129,11 @@ class Chain:
             return fine
         problem = found.deformation.fit.problem
         drawn = [carried(found.model, problem.at(x).model) for x in draw_variables(problem, DRAWS, seed=0)]
-        again = self.refitted(min(drawn, key=partial(self._error, drive=found.drive)), every_sample=True)
+        errors = []
+        for k, model in enumerate(drawn):
+            self.progress("models around it", k, DRAWS, float("nan"))
+            errors.append(self._error(model, found.drive))
+        again = self.refitted(drawn[int(np.argmin(errors))], every_sample=True)
         return min(fine, again, key=lambda fit: fit.error)
 
     def _error(self, model: Model, drive: Drive) -> float:

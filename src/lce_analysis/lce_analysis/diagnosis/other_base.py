@@ -179,7 +179,9 @@ class OtherBases:
             return near and _left(search, trial) > options.near**2
 
         found = _search_beside(model, search, hopeless)
-        return (model, ()) if found.variations else (found.present.model, tuple(found.steps))
+        if any(variation.trial.stage.part != "heat" for variation in found.variations):
+            return model, ()
+        return found.present.model, tuple(found.steps)
 
 
 def _before_deformation(search: Search) -> StagedFit:

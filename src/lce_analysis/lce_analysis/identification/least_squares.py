@@ -111,7 +111,6 @@ def evolve(
     progress: Progress,
     seed: tuple[int, ...],
     box: tuple[Floats, Floats],
-    generations: int = GENERATIONS,
 ) -> tuple[Optimum, Floats]:
     """Differential evolution over the box of the free parameters, until the weighted RMS residual is ``enough``.
 
@@ -137,7 +136,7 @@ def evolve(
         order = np.argsort(intermediate_result.population_energies)
         population = transformation.to_search(transformation.from_box(intermediate_result.population[order]))
         best = Optimum(population[0], float(intermediate_result.fun), evaluations, False)
-        progress(label, done, generations, best.rms)
+        progress(label, done, GENERATIONS, best.rms)
         if best.rms <= enough:
             raise StopIteration
 
@@ -149,7 +148,7 @@ def evolve(
             objective,  # type: ignore[arg-type]
             Bounds(low, high),
             strategy="best1bin",
-            maxiter=generations,
+            maxiter=GENERATIONS,
             init=first,
             mutation=DIFFERENTIAL_WEIGHT,
             recombination=CROSSOVER,
