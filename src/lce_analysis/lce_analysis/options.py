@@ -148,7 +148,8 @@ class DiagnoseOptions:
     false_alarm : chance of a false addition to a complete model, over the whole library.
     promise : an effect is refitted if the score test promises this share of what would be worth having.
     far : a part of the model is searched on while an effect takes, or promises, this share of what is above the noise
-        of a sensor. What differs from run to run has to promise that share, and another minimum of the base to take it.
+        of a sensor; where the measured temperature drives the deformation, the share ``most``. What differs from run to
+        run has to promise that share, and another minimum of the base to take it.
     refitted : candidates that are refitted in each step, those that promise most.
     contenders : of these, how many are refitted to the end and judged on data left out.
     worth_noise, worth_share : an effect is worth having if on data left out it lowers the error of a sensor by more

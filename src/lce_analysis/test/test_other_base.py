@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lce_analysis as lce
-from lce_analysis.diagnosis.other_base import OtherBases
+from lce_analysis.diagnosis.other_base import OtherBases, _search_beside
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
@@ -109,15 +109,16 @@ def test_an_effect_that_leaves_too_much_beside_another_base_model_is_not_named()
     assert found.other.rms[DISPLACEMENT] > step.held_out.after.rms[DISPLACEMENT]
 
 
-def test_nothing_is_named_beside_a_base_model_that_needs_values_for_each_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = recorded(lce.default_model("lumped", "equilibrium", ("backlash",)).set({"backlash.width": 60e-6}))
-    start, candidates = lce.default_model("lumped", "dynamic"), [find("backlash")]
-    search = Search(start, runs[:2], runs[2:], candidates, DiagnoseOptions(), silent)
-    for part, named in (("heat", ["backlash"]), ("both", [])):
-        of_each_run = SimpleNamespace(trial=SimpleNamespace(stage=SimpleNamespace(part=part)))
-        monkeypatch.setattr(Search, "variations", [of_each_run])
-        model, steps = OtherBases(search)._found
-        assert [step.added for step in steps] == named and ("backlash" in model.effects) == bool(named)
+def test_beside_another_base_model_its_parameters_are_one_for_all_runs() -> None:
+    one = lce.default_model("lumped", "equilibrium")
+    stretched = one.set({"stretch_law.alpha": 1.3 * one["stretch_law.alpha"]})
+    a, (_, b, c) = recorded(one)[0], recorded(stretched)
+    start, candidates = lce.fit(one, [a, b]).model, [find("backlash")]
+    own = Search(start, [a, b], [c], candidates, DiagnoseOptions(), silent)
+    own.run()
+    assert own.variations and own.variations[0].trial.stage.part != "heat"
+    beside = _search_beside(start, own, given_up=lambda _: False)
+    assert beside.accepted == []
 
 
 def test_a_search_ends_where_its_best_trial_is_explained_elsewhere() -> None:

@@ -166,21 +166,12 @@ class OtherBases:
     def _searched(self, model: Model) -> tuple[Model, tuple[Step, ...]]:
         """A base model with what it lacks, and the steps that found that.
 
-        Where the present model explains the displacement, another one has to come near the noise with one effect. One
-        that needs values of its own for each run as well is no better form, and nothing is named beside it.
+        One effect has to bring it near the noise: another form and several effects are too many guesses at once.
         """
         search, options = self._search, self._search.options
         if _left(search, model) <= options.compared_from**2:
             return model, ()
-        own = _before_deformation(search).model
-        near = _explains(_errors(search, own, search.present.model), options)
-
-        def hopeless(trial: Model) -> bool:
-            return near and _left(search, trial) > options.near**2
-
-        found = _search_beside(model, search, hopeless)
-        if any(variation.trial.stage.part != "heat" for variation in found.variations):
-            return model, ()
+        found = _search_beside(model, search, lambda trial: _left(search, trial) > options.near**2)
         return found.present.model, tuple(found.steps)
 
 
@@ -212,12 +203,15 @@ def _identified(deformation: str, search: Search) -> Model | None:
 
 
 def _search_beside(model: Model, search: Search, given_up: Callable[[Model], bool]) -> Search:
-    """The same runs, searched for what another base model lacks; of the heat only where that is not explained."""
+    """The same runs, searched for what another base model lacks; of the heat only where that is not explained.
+
+    A form that needs values of its own for each run is no better one, so its parameters are one for all.
+    """
     heat = search.present.mean_squares.get(TEMPERATURE, 0.0) > search.options.explained**2
     own = [effect for effect in search.candidates if heat or not acts_on_temperature(effect)]
     left = [effect for effect in own if effect.reference not in model.effects]
     found = Search(model, search.data.judged.runs, search.tests.runs, left, search.options, search.progress)
-    found.run(given_up)
+    found.run(given_up, may_differ=False)
     if found.steps:
         signatures_left(found)  # an effect that lives on a disturbance is taken back
     return found

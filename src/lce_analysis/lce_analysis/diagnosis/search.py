@@ -40,14 +40,15 @@ SIMPLER: Final = 0.9
 class Search(Chain):
     """A chain that grows by what is worth having, and looks back at the end of each part of the model."""
 
-    def run(self, given_up: Callable[[Model], bool] = lambda _: False) -> None:
+    def run(self, given_up: Callable[[Model], bool] = lambda _: False, may_differ: bool = True) -> None:
         """Search the heat, then the deformation, then look back.
 
         given_up : is the search to end at the best trial of the deformation, because another base model explains more?
+        may_differ : may parameters of the deformation be found to differ from run to run?
         """
         self._forward(heat=True)
         self._begin_deformation()
-        self._forward(heat=False, given_up=given_up)
+        self._forward(heat=False, given_up=given_up, may_differ=may_differ)
         take_back_superfluous(self)
         self.finish()
         take_back_harmful(self)
@@ -68,7 +69,9 @@ class Search(Chain):
             step = replace(step, trial=replace(trial, objection="worse"))
         return step
 
-    def _forward(self, heat: bool, given_up: Callable[[Model], bool] = lambda _: False) -> None:
+    def _forward(
+        self, heat: bool, given_up: Callable[[Model], bool] = lambda _: False, may_differ: bool = True
+    ) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         began = len(self.accepted)
         effects_left = True
@@ -79,7 +82,7 @@ class Search(Chain):
                 for trial in (t for t in trials if not t.objection):
                     self.trials.reject(trial, "base")
                 break
-            found = self._next(trials, heat)
+            found = self._next(trials, heat, may_differ)
             if found is None:
                 break
             self.accept(found)
@@ -125,13 +128,13 @@ class Search(Chain):
         best = next((t for t in trials if not t.objection), None)
         return self.present.model if best is None else self.with_effect_of(best)
 
-    def _next(self, trials: Sequence[Trial], heat: bool) -> Accepted | None:
+    def _next(self, trials: Sequence[Trial], heat: bool, may_differ: bool) -> Accepted | None:
         """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error.
 
         What differs is looked for where a sensor is left beyond the noise, which one effect does not explain.
         """
         step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
-        if self._explains_all(self.present if step is None else step.with_it, heat):
+        if not may_differ or self._explains_all(self.present if step is None else step.with_it, heat):
             return step
         stages = self._stages(heat)[:1]
         variation = variation_trial(stages[0], self.left_out, self.options, self.progress) if stages else None

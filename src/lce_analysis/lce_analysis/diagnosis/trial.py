@@ -139,12 +139,15 @@ def goes_far(trial: Trial, options: DiagnoseOptions) -> bool:
     """Does the effect take, or promise, a fair share of what is above the noise of a sensor?
 
     The last effect of a part of the model has to take most of that. It promises a fair share already while others are
-    missing beside it; so where no effect does, none of them can be the last.
+    missing beside it; so where no effect does, none of them can be the last. Where the measured temperature has to
+    drive the deformation, one effect has to do most of it from the first: what several do together there is not told
+    from what the drive does.
     """
+    least = options.most if trial.stage.drive == "measured" else options.far
     before, after = trial.stage.fit.mean_squares, trial.fit.mean_squares
     beyond = [channel for channel, x in before.items() if x > NOISE + options.worth_noise]
     shares = [reduction_of({c: before[c]}, {c: after[c]}) for c in beyond]
-    return max([trial.predicted_reduction, *shares]) >= options.far
+    return max([trial.predicted_reduction, *shares]) >= least
 
 
 def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection:
