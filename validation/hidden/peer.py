@@ -3,6 +3,7 @@
 
     pip install --no-deps -r requirements/peer.txt
     python validation/hidden/peer.py --cases equilibrium/radiation equilibrium/nothing
+    python validation/hidden/peer.py --families equilibrium-heat relays-heat
 
 How it is done, and what is petab-select's and what ours, is told in :mod:`peer_search`. Two rows come of it: noise that
 is taken for white, as in the examples of petab-select, and whitened as in the product. Finished cases are kept in
@@ -28,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from campaign import Case, campaign
 from cases import cases, kind
-from families import FAMILIES
+from families import ALL, FAMILIES
 
 from lce_analysis.identification import fit
 from lce_analysis.options import FitOptions
@@ -94,6 +95,7 @@ def main() -> int:
     """Judge what is not done yet, within the time given; print the rows."""
     parser = argparse.ArgumentParser(description="petab-select on strips with hidden effects")
     parser.add_argument("--cases", nargs="*", default=[""], help="those whose name holds one of these texts")
+    parser.add_argument("--families", nargs="+", default=list(FAMILIES), choices=list(ALL), metavar="FAMILY")
     parser.add_argument("--noise", nargs="*", choices=NOISES, default=list(NOISES))
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=120.0, help="stop beginning new cases after this time")
@@ -106,7 +108,7 @@ def main() -> int:
         print(f"peer.py: {error}; pip install --no-deps -r requirements/peer.txt", file=sys.stderr)
         return 2
     known = {(r["case"], r["noise"]) for r in read_results(args.results)}
-    fair = [c for c in cases(args.seeds) if kind(c.hidden, c.library) in JUDGED]
+    fair = [c for c in cases(args.seeds, args.families) if kind(c.hidden, c.library) in JUDGED]
     chosen = [c for c in fair if any(text in c.name for text in args.cases)]
     end = time.monotonic() + 60.0 * args.minutes
     with (
@@ -120,8 +122,8 @@ def main() -> int:
                 continue
             bar.set_description_str(f"{case.name}: fit")
             train, test = campaign(case)
-            base = fit(default_model("lumped", FAMILIES[case.family].base), train, FitOptions(seed=case.seed)).model
-            own, lacks = FAMILIES[case.family].own, round(misfit(base, case, train), 3)
+            base = fit(default_model("lumped", ALL[case.family].base), train, FitOptions(seed=case.seed)).model
+            own, lacks = ALL[case.family].own, round(misfit(base, case, train), 3)
             about = {"case": case.name, "hidden": list(case.hidden), "own": list(own), "misfit": lacks}
             for noise in left:
                 found = judge(

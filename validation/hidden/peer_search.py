@@ -29,6 +29,7 @@ from peer_calibration import Calibrated, Floats, Noise, calibrate, calibrated_ba
 from petab_select.constants import CANDIDATE_SPACE, ESTIMATE, TERMINATE, UNCALIBRATED_MODELS, Criterion
 
 from lce_analysis.identification.problem import Problem
+from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.prediction import predict
 from lce_data.channels import Channel
 from lce_data.noise import sensor_noise
@@ -175,7 +176,8 @@ def judge(
     train, test : runs to calibrate on, and held out.
     base_model : where the search begins.
     noise : "iid" or "autoregressive", as at the head of this file.
-    effects : candidates; by default the whole library. Those that the base model has already are passed over.
+    effects : candidates; by default the whole library. Those that the base model has already are passed over, and
+        where it has only a thermal stage those behind it.
     limit_models, limit_s : calibrations and seconds after which no further one begins. A step that was not finished
         adds nothing.
     tell : called with each candidate before it is calibrated.
@@ -189,6 +191,8 @@ def judge(
     """
     began = time.monotonic()
     chosen = [e for e in (library().values() if effects is None else effects) if e.reference not in base_model.effects]
+    if base_model.deformation == "none":
+        chosen = [e for e in chosen if acts_on_temperature(e)]
     base = calibrated_base(base_model, train, chosen, noise)
     search = Search(base, chosen, noise, (limit_models, limit_s - (time.monotonic() - began)), tell)
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():

@@ -19,7 +19,7 @@ NOISE = {TEMPERATURE: 0.06, DISPLACEMENT: 4e-6}
 
 
 def _levels(time: Floats) -> Floats:
-    """Power [W] that jumps at times that are on no grid of 0.05 s."""
+    """Power [W] that jumps at times that are on no grid of 0.1 s."""
     return np.select([time < 1.03, time < 13.01, time < 20.02, time < 33.04], [0.0, 1.4, 0.3, 1.1], 0.0)
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search takes back what it has accepted, in any order."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -45,6 +46,16 @@ def test_what_differs_is_not_refitted_where_it_explains_nothing() -> None:
         search.present.heat[0], search.left_out, search.options, lambda label, *_: refits.append(label)
     )
     assert found is None and refits == []
+
+
+def test_the_heat_alone_is_refitted_as_it_is_before_the_deformation(strip: Model, recorded: Callable[..., Run]) -> None:
+    search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
+    warmer = strip.set({"lumped.gain": 1.1 * strip["lumped.gain"]})
+    whole, part = search.refitted(warmer), search.refitted_part(warmer, "heat")
+    assert part.deformation is None and whole.deformation is not None
+    assert part.heat[0].fit.error == whole.heat[0].fit.error
+    behind = [v.key for v in strip.values if v.term not in ("ambient", "lumped")]
+    assert [part.model[key] for key in behind] == [strip[key] for key in behind]
 
 
 def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
-from lce_analysis.diagnosis.stage_problem import Data, StagedFit, carried, refit_stages, with_candidates
+from lce_analysis.diagnosis.stage_problem import Data, Part, StagedFit, carried, refit_stages, with_candidates
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.identification.identify import check_runs, rough_fit
@@ -117,6 +117,13 @@ class Chain:
             return refit_stages(model, self.coarse, left, self.options, self.progress)
         fewer = replace(self.options, iterations=min(self.options.iterations, FINE))
         return refit_stages(model, self.data, left, fewer, self.progress)
+
+    def refitted_part(self, model: Model, part: Part) -> StagedFit:
+        """The model refitted as far as a part of it is judged: for the heat alone, what is behind it stays as it is."""
+        if part != "heat":
+            return self.refitted(model)
+        left = [e for e in self.candidates if e.reference not in model.effects]
+        return refit_stages(model, self.coarse, left, self.options, self.progress, heat_alone=True)
 
     def _on_every_sample(self, found: StagedFit) -> StagedFit:
         """What a search found on the coarser grid, refitted on every sample.

@@ -73,8 +73,9 @@ def _take_back_needless_differences(chain: Chain, began: int) -> None:
     temperature of its own instead, taking that back makes nothing simpler, and it stays.
     """
     for step in [a for a in chain.accepted[began:-1] if isinstance(a, VariationStep)]:
-        without = chain.refitted(_without_difference(chain.present.model, step.key))
         part = step.trial.stage.part
+        model = _without_difference(chain.present.model, step.key)
+        without = chain.refitted_part(model, part)
         old, new = without.stage(part), chain.present.stage(part)
         if old is None or new is None or old.channels != new.channels:
             continue
@@ -83,7 +84,7 @@ def _take_back_needless_differences(chain: Chain, began: int) -> None:
         errors = chain.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
         if not on_data_left_out(step.trial.stage, errors, chain.options):
             continue
-        _take_out_difference(chain, step, without)
+        _take_out_difference(chain, step, chain.refitted(model))
 
 
 def _take_back_parts(chain: Chain, began: int) -> None:
@@ -113,7 +114,7 @@ def _bearing(chain: Chain, effects: Sequence[Step]) -> frozenset[str]:
 def _bears_the_others(chain: Chain, step: Step) -> bool:
     """Beside all that was accepted, does the effect take nearly all of the error, of the runs and of data left out?"""
     with_it = chain.present.stage("heat")
-    without = chain.refitted(chain.present.model.without(step.trial.effect.reference)).stage("heat")
+    without = chain.refitted_part(chain.present.model.without(step.trial.effect.reference), "heat").stage("heat")
     if with_it is None or without is None:
         return False
     held_out = [
@@ -131,7 +132,7 @@ def _differences_explain(chain: Chain, began: int) -> bool:
     """Do all parameters that differ from run to run together take most of what would be left without them?"""
     steps = chain.since(began, VariationStep)
     kept = {key: v for key, v in chain.present.model.varies.items() if key not in {s.key for s in steps}}
-    without = chain.refitted(chain.present.model.varying(kept))
+    without = chain.refitted_part(chain.present.model.varying(kept), steps[-1].trial.stage.part)
     before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
     return _explains(steps[-1], before, after, chain.options)
 
@@ -159,7 +160,7 @@ def _explained(chain: Chain, last: Step) -> bool:
     present = chain.present.stage(stage.part)
     if present is not None and not may_vary(present.fit.problem):
         options = replace(options, most=options.nearly_all)
-    without = chain.refitted(chain.present.model.without(last.trial.effect.reference))
+    without = chain.refitted_part(chain.present.model.without(last.trial.effect.reference), stage.part)
     before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
     tested = chain.left_out.on_test_runs(stage, without.model, chain.present.model)
     if tested is not None:

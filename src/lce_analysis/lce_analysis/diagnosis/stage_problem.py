@@ -155,14 +155,18 @@ def refit_stages(
     candidates: Sequence[Effect],
     options: DiagnoseOptions,
     progress: Progress,
+    heat_alone: bool = False,
 ) -> StagedFit:
-    """The model at least squares, the heat first, with its candidates at their null values beside it."""
+    """The model at least squares, the heat first, with its candidates at their null values beside it.
+
+    heat_alone : leave what is behind the heat as it is, not judged.
+    """
     heat = _heat(model, data, candidates, options, progress)
     starts = _starts(model, data)
     if heat:
         fitted = heat[0].fit.problem
         model, starts = carried(model, fitted.model), fitted.split(fitted.first())[1]
-    if not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
+    if heat_alone or not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
         return StagedFit(model, heat, None, False)
     if not heat or not _fails(heat[0].fit, options):
         both = _both(model, data, starts, candidates, options, progress)

@@ -19,7 +19,7 @@ from lce_data.run import Run, Series
 
 Floats = NDArray[np.float64]
 
-STEP_S: Final = 0.05
+STEP_S: Final = 0.1
 """Longest step of the grid [s]; samples of a sensor lie no closer either."""
 LONG: Final = 60_000
 """A recording of more samples than this, ten minutes at 100 Hz, is long."""
