@@ -95,7 +95,7 @@ def test_an_effect_that_would_have_to_be_stronger_than_it_can_be_is_not_named() 
     heat, runs = _heated(loss, 1.0)
     found = diagnose(heat, runs[:2], runs[2:], [like_it])
     assert found.verdict == "cannot_tell" and found.steps == ()
-    assert [c.reason.split(",")[0] for c in found.candidates] == ["its strength is at its bound"]
+    assert [c.reason.split(",")[0] for c in found.candidates] == ["a parameter of it is at its bound"]
 
 
 def test_a_complete_model_is_adequate() -> None:

@@ -4,15 +4,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from lce_analysis import DiagnoseOptions
 from lce_analysis.diagnosis.accepted import VariationStep
-from lce_analysis.diagnosis.looking_back import _without_difference, keep_what_explains
+from lce_analysis.diagnosis.looking_back import _is_at_a_bound, _without_difference, keep_what_explains
 from lce_analysis.diagnosis.search import Search
-from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.stage_problem import Data, StagedFit
 from lce_analysis.diagnosis.variation import variation_trial
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.progress import silent
@@ -56,6 +57,27 @@ def test_the_heat_alone_is_refitted_as_it_is_before_the_deformation(strip: Model
     assert part.heat[0].fit.error == whole.heat[0].fit.error
     behind = [v.key for v in strip.values if v.term not in ("ambient", "lumped")]
     assert [part.model[key] for key in behind] == [strip[key] for key in behind]
+
+
+@pytest.mark.parametrize(
+    ("settings", "left", "at_bound"),
+    [
+        ({"creep.share": 0.2, "creep.tau_v": 999.9}, 4.0, True),
+        ({"creep.share": 0.2, "creep.tau_v": 999.9}, 1.2, False),
+        ({"creep.share": 0.2, "creep.tau_v": 30.0}, 4.0, False),
+        ({"creep.share": 0.0, "creep.tau_v": 30.0}, 4.0, False),
+    ],
+)
+def test_any_parameter_at_a_bound_speaks_against_an_effect_that_leaves_more_than_noise(
+    settings: dict[str, float], left: float, at_bound: bool
+) -> None:
+    effect = find("creep")
+    stage = SimpleNamespace(
+        part="both", channels=(DISPLACEMENT,), fit=SimpleNamespace(mean_squares={DISPLACEMENT: left})
+    )
+    model = default_model("lumped", "equilibrium", ("creep",)).set(settings)
+    chain = SimpleNamespace(present=SimpleNamespace(stage=lambda _: stage, model=model), options=DiagnoseOptions())
+    assert _is_at_a_bound(chain, SimpleNamespace(trial=SimpleNamespace(effect=effect, stage=stage))) is at_bound
 
 
 def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None:
@@ -122,12 +144,12 @@ def test_a_refit_on_every_sample_whose_strip_jumps_elsewhere_begins_again(monkey
     spoiled = replace(found, deformation=replace(found.deformation, fit=replace(fit, residual=3.0 * fit.residual)))
     begun: list[Model] = []
 
-    def refitted(model: Model, every_sample: bool = False) -> StagedFit:
+    def refitted(model: Model, data: Data, iterations: int) -> StagedFit:
         begun.append(model)
-        return spoiled if len(begun) == 1 else found
+        return spoiled if len(begun) == 2 else found
 
-    monkeypatch.setattr(search, "refitted", refitted)
-    assert search._on_every_sample(found) is found
-    first, second = begun
-    assert first == found.model and not np.array_equal(first.vector, second.vector)
-    assert search._error(second, "model") < 1.1 * search._error(first, "model")
+    monkeypatch.setattr(search, "_refitted", refitted)
+    assert search._on_every_sample(found.model) is found
+    *same, again = begun
+    assert same == [found.model, found.model] and not np.array_equal(found.model.vector, again.vector)
+    assert search._error(again, "model") < 1.1 * search._error(found.model, "model")

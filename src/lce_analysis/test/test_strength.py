@@ -12,6 +12,7 @@ from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
 from lce_analysis.diagnosis.misfit import JudgedRuns
 from lce_analysis.diagnosis.stage_problem import Data, with_candidates
 from lce_analysis.diagnosis.strength import Estimate, Strengths, strengths
+from lce_analysis.identification.coarse import STEP_S
 from lce_analysis.identification.problem import Problem
 from lce_analysis.prediction import simulation_input
 from lce_data.channels import SENSORS
@@ -43,7 +44,7 @@ def fitted(strip: Model, recorded: Callable[..., Run]) -> Callable[..., Lineariz
             )
             runs.append(run)
         model = with_candidates(strip, [find(name) for name in NAMES])
-        data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs)).coarse
+        data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs)).coarse(STEP_S)
         free = [model.index(key) for key in ("lumped.gain", "lumped.tau", "equilibrium.c_r", "stretch_law.alpha", RATE)]
         starts = np.full(len(runs), model["ambient.t_env"])
         return refit(Problem(model, data.inputs, tuple(sorted(free)), starts, data.observed(SENSORS)), "", silent, 30)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Limits and known values of the equilibrium and dynamic models."""
 
+import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from lce_model import Model, default_model, simulate
+from lce_model.deformation.domains import DOMAINS, NODES
+from lce_model.deformation.dynamic import Branch, _advance, _advance_most
+from lce_model.deformation.vector_math import exponential
 from lce_model.landau import clearing_temperature, wells
 
 Floats = NDArray[np.float64]
@@ -156,3 +160,29 @@ def test_reversals_within_the_deadband_do_not_change_the_branch(equilibrium: Mod
     out = simulate(equilibrium, np.arange(5.0), None, temperature_k=path, deadband_k=0.5)
     assert out.direction.tolist() == [1.0, 1.0, 1.0, 1.0, -1.0]
     assert simulate(equilibrium, np.arange(5.0), None, temperature_k=path).direction.tolist() == [1, 1, -1, 1, -1]
+
+
+def test_all_domains_at_once_are_where_each_of_them_would_be() -> None:
+    """On both branches, from slow rates to fast ones, inside the loop and beyond T* and T1."""
+    rng = np.random.default_rng(0)
+    one, many = (numba.njit(error_model="numpy")(f) for f in (_advance, _advance_most))
+    compared = 0
+    for _ in range(300):
+        a0, b, c = 2.5e-22 * rng.uniform(0.8, 3.0), 4e-20 * rng.uniform(0.8, 1.2), 2.2e-20 * rng.uniform(0.8, 1.2)
+        rates = np.exp(rng.uniform(np.log([0.1, 1e-5, 1.0, 1e-6]), np.log([50.0, 10.0, 2000.0, 10.0])))
+        branch = Branch(a0, b, c, *map(float, rates))
+        begin, spinodal, x = 307.0 + 30.0 * rng.random(), float(rng.choice([0.0, 0.7, 1e4])), rng.random(DOMAINS)
+        end, after = begin + rng.normal(0.0, 0.3), np.empty(DOMAINS)
+        many(x, after, begin, end, 307.0, 4.0, branch, spinodal)
+        alone = [one(x[i], begin, end, 307.0 + 4.0 * NODES[i], branch, spinodal) for i in range(DOMAINS)]
+        done = np.isfinite(after)
+        compared += int(done.sum())
+        np.testing.assert_allclose(after[done], np.array(alone)[done], rtol=0.0, atol=1e-12)
+    assert compared > 0.8 * 300 * DOMAINS
+
+
+def test_the_exponential_of_several_at_once_is_as_good_as_that_of_one() -> None:
+    a = np.linspace(-699.0, 700.0, 20_001)
+    compiled = numba.njit(error_model="numpy")(exponential)
+    np.testing.assert_allclose([compiled(value) for value in a], np.exp(a), rtol=2e-14)
+    assert compiled(0.0) == 1.0 and 0.0 < compiled(-1e6) < 1e-300

@@ -17,6 +17,7 @@ from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.stage_problem import Data, Part, StagedFit, carried, refit_stages, with_candidates
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.trials import Trials
+from lce_analysis.identification.coarse import FINER_S, STEP_S
 from lce_analysis.identification.identify import check_runs, rough_fit
 from lce_analysis.identification.parameter_draws import draw_variables
 from lce_analysis.identification.random_effects import with_run_errors
@@ -31,13 +32,13 @@ from lce_model.effects import Effect
 
 Kind = TypeVar("Kind", Step, VariationStep)
 FINE: Final = 15
-"""Iterations of a refit on every sample, at most: it begins at the optimum of the coarser grid, close to its own."""
+"""Iterations of a refit on every sample, at most: it begins at the optimum of the finer grid, close to its own."""
 OTHER_STARTS: Final = 1
 """Seed of an identification from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
 JUMPED, DRAWS = 1.5, 32
-"""A refit on every sample that leaves so many times the error of the coarser grid begins again at the best draw."""
+"""A refit on every sample that leaves so many times the error of the finer grid begins again at the best draw."""
 
 
 class Chain:
@@ -65,13 +66,13 @@ class Chain:
         self.given = model
         self.options, self.progress, self.candidates = options, progress, tuple(candidates)
         self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
-        self.coarse = self.data.coarse
+        self.coarse, self.finer = self.data.coarse(STEP_S), self.data.coarse(FINER_S)
         self.tests = JudgedRuns.of(test_runs)
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.trials = Trials(len(self.candidates), self.left_out, options, progress)
         self.accepted: list[Accepted] = []
         self.present = self.refitted(model)
-        self.base = self._no_worse(model, self.refitted(self.present.model, every_sample=True))
+        self.base = self._no_worse(model, self._on_every_sample(self.present.model))
 
     @property
     def steps(self) -> list[Step]:
@@ -110,13 +111,14 @@ class Chain:
         """The present model with the effect of a trial, and the values that the trial found."""
         return carried(self.present.model.add(trial.effect), trial.fit.problem.model)
 
-    def refitted(self, model: Model, every_sample: bool = False) -> StagedFit:
-        """The model refitted stage by stage, beside it the candidates that it lacks; a search takes a coarser grid."""
+    def refitted(self, model: Model) -> StagedFit:
+        """The model refitted stage by stage on the grid of the search, beside it the candidates that it lacks."""
+        return self._refitted(model, self.coarse, self.options.iterations)
+
+    def _refitted(self, model: Model, data: Data, iterations: int) -> StagedFit:
         left = [e for e in self.candidates if e.reference not in model.effects]
-        if not every_sample:
-            return refit_stages(model, self.coarse, left, self.options, self.progress)
-        fewer = replace(self.options, iterations=min(self.options.iterations, FINE))
-        return refit_stages(model, self.data, left, fewer, self.progress)
+        options = replace(self.options, iterations=min(self.options.iterations, iterations))
+        return refit_stages(model, data, left, options, self.progress)
 
     def refitted_part(self, model: Model, part: Part) -> StagedFit:
         """The model refitted as far as a part of it is judged: for the heat alone, what is behind it stays as it is."""
@@ -125,22 +127,23 @@ class Chain:
         left = [e for e in self.candidates if e.reference not in model.effects]
         return refit_stages(model, self.coarse, left, self.options, self.progress, heat_alone=True)
 
-    def _on_every_sample(self, found: StagedFit) -> StagedFit:
-        """What a search found on the coarser grid, refitted on every sample.
+    def _on_every_sample(self, model: Model) -> StagedFit:
+        """What a search found, refitted on a finer grid and then on every sample.
 
-        The strip may jump there where it just did not before, or the other way round, and no refit moves a jump into a
-        run. Then it begins again at the best of the models that the coarser grid leaves possible.
+        On every sample no refit moves a jump, and the strip may jump there where it just did not before, or the other
+        way round. Then it begins again at the best of the models that the finer grid leaves possible.
         """
-        fine = self.refitted(found.model, every_sample=True)
+        found = self._refitted(model, self.finer, self.options.iterations)
+        fine = self._refitted(found.model, self.data, FINE)
         if found.deformation is None or fine.error <= JUMPED * found.error:
             return fine
         problem = found.deformation.fit.problem
         drawn = [carried(found.model, problem.at(x).model) for x in draw_variables(problem, DRAWS, seed=0)]
         errors = []
-        for k, model in enumerate(drawn):
+        for k, one in enumerate(drawn):
             self.progress("models around it", k, DRAWS, float("nan"))
-            errors.append(self._error(model, found.drive))
-        again = self.refitted(drawn[int(np.argmin(errors))], every_sample=True)
+            errors.append(self._error(one, found.drive))
+        again = self._refitted(drawn[int(np.argmin(errors))], self.data, FINE)
         return min(fine, again, key=lambda fit: fit.error)
 
     def _error(self, model: Model, drive: Drive) -> float:
@@ -199,7 +202,7 @@ class Chain:
 
     def finish(self) -> None:
         """Refit what was accepted on every sample, and tell every step between the models that this gives."""
-        fits = [self.base, *(self._on_every_sample(a.with_it) for a in self.accepted)]
+        fits = [self.base, *(self._on_every_sample(a.with_it.model) for a in self.accepted)]
         self.present = fits[-1]
         told: list[Accepted] = []
         for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):

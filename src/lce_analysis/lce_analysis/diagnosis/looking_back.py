@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep, strengths_in
 from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of, share_removed
@@ -12,6 +14,7 @@ from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
 from lce_analysis.identification.by_run import may_vary
 from lce_analysis.identification.stages import acts_on_temperature
+from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import TEMPERATURE
 from lce_model import Model
@@ -191,14 +194,26 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
 
 
 def _is_at_a_bound(chain: Chain, last: Step) -> bool:
-    """Would the effect have to be stronger than it can be, and even so leaves a sensor beyond its noise?"""
+    """Is the effect at the end of what it can be, and even so leaves a sensor beyond its noise?
+
+    A strength may be at its null, and what may vanish at 0. A time constant, or whatever else is searched by factors,
+    is at neither end of its range where the effect is the true one.
+    """
     effect, stage = last.trial.effect, chain.present.stage(last.trial.stage.part)
-    left = [] if stage is None else [x for c, x in stage.fit.mean_squares.items() if c in last.trial.stage.channels]
-    if max(left, default=0.0) <= chain.options.explained**2:
+    left = {} if stage is None else stage.fit.mean_squares
+    worst = max((x for channel, x in left.items() if channel in last.trial.stage.channels), default=0.0)
+    if worst <= chain.options.explained**2:
         return False
-    strength = chain.present.model.values[chain.present.model.index(effect.strength_key)]
-    bounds = [bound for bound in (strength.lower, strength.upper) if bound != effect.null]
-    return min(abs(strength.value - bound) for bound in bounds) <= AT_NULL * (strength.upper - strength.lower)
+    for value in (v for v in chain.present.model.values if v.term == effect.name and not v.fixed):
+        if value.key != effect.strength_key and value.parameter.scale != "log":
+            continue
+        at = float(Transformation.of([value]).to_box(np.array([value.value]))[0])
+        sides = {value.lower: at, value.upper: 1.0 - at}
+        if value.key == effect.strength_key:
+            sides.pop(effect.null, None)
+        if min(sides.values()) <= AT_NULL:
+            return True
+    return False
 
 
 def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:

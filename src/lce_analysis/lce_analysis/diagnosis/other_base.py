@@ -166,12 +166,15 @@ class OtherBases:
     def _searched(self, model: Model) -> tuple[Model, tuple[Step, ...]]:
         """A base model with what it lacks, and the steps that found that.
 
-        One effect has to bring it near the noise: another form and several effects are too many guesses at once.
+        One effect has to bring it near the noise, or to take nearly all of the error: another form and several effects
+        are too many guesses at once.
         """
         search, options = self._search, self._search.options
-        if _left(search, model) <= options.compared_from**2:
+        begun = _left(search, model)
+        if begun <= options.compared_from**2:
             return model, ()
-        found = _search_beside(model, search, lambda trial: _left(search, trial) > options.near**2)
+        enough = max(options.near**2, begun * (1.0 - options.nearly_all))
+        found = _search_beside(model, search, lambda trial: _left(search, trial) > enough)
         return found.present.model, tuple(found.steps)
 
 

@@ -111,10 +111,9 @@ class Data:
     judged: JudgedRuns
     inputs: tuple[SimulationInput, ...]
 
-    @property
-    def coarse(self) -> "Data":
-        """The same on a coarser grid, for searching."""
-        return replace(self, inputs=tuple(coarse(run_input) for run_input in self.inputs))
+    def coarse(self, step_s: float) -> "Data":
+        """The same on a coarser grid, with steps of up to ``step_s`` [s]."""
+        return replace(self, inputs=tuple(coarse(run_input, step_s) for run_input in self.inputs))
 
     def observed(self, channels: Sequence[Channel]) -> tuple[ObservedSeries, ...]:
         """The measured series of some channels, each in units of its noise; without a temperature that drives."""

@@ -36,8 +36,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
     "part": "explains a part of it{fall} and leaves too much to be named: it may stand in for something else, or it is "
     "there and the base model is wrong as well",
     "resembles": "explains most of it{fall}, but what it leaves still has its shape: something much like it is missing",
-    "bound": "explains a part of it{fall} with a strength at its bound, and leaves more than noise: it may stand in "
-    "for something else, or its bound is too narrow",
+    "bound": "explains a part of it{fall} with a parameter at its bound, and leaves more than noise: it may stand in "
+    "for something else, or the bound is too narrow",
 }
 """What the answer says of an effect that explains much and that it does not name."""
 AT_JUMPS: Final = 1.1

@@ -20,6 +20,7 @@ from lce_analysis.discovery.formulas import Formula, formulas, with_formula
 from lce_analysis.discovery.found_file import effect_file, name_of
 from lce_analysis.discovery.random_walk import Walk, disturbances
 from lce_analysis.discovery.words import in_words
+from lce_analysis.identification.coarse import STEP_S
 from lce_analysis.identification.identify import check_runs
 from lce_analysis.options import DiscoverOptions, Drive
 from lce_analysis.prediction import MECHANICAL, simulation_input, with_ambient_at_rest
@@ -249,7 +250,7 @@ class _Search:
         model = with_ambient_at_rest(model, runs)
         self.options, self.progress = options, progress
         self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
-        self.coarse = self.data.coarse
+        self.coarse = self.data.coarse(STEP_S)
         self.tests = JudgedRuns.of(test_runs)
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.found: list[Found] = []

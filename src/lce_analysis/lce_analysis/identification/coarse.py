@@ -20,7 +20,9 @@ from lce_data.run import Run, Series
 Floats = NDArray[np.float64]
 
 STEP_S: Final = 0.1
-"""Longest step of the grid [s]; samples of a sensor lie no closer either."""
+"""Longest step of the grid of a search [s]; samples of a sensor lie no closer either."""
+FINER_S: Final = 0.05
+"""The same between a search and every sample: on it, what depends on 0.1 s finds its place."""
 LONG: Final = 60_000
 """A recording of more samples than this, ten minutes at 100 Hz, is long."""
 STILL_S: Final = 1.0
@@ -38,17 +40,17 @@ def is_long(run_input: SimulationInput) -> bool:
     return run_input.time_s.size > LONG
 
 
-def coarse(run_input: SimulationInput) -> SimulationInput:
-    """The run on a coarser grid; as it is if that would save little."""
+def coarse(run_input: SimulationInput, step_s: float = STEP_S) -> SimulationInput:
+    """The run on a coarser grid, with steps of up to ``step_s`` [s]; as it is if that would save little."""
     time, power = run_input.time_s, run_input.power_w
-    kept = _sparse_grid(run_input) if is_long(run_input) else _grid(time, power)
+    kept = _sparse_grid(run_input, step_s) if is_long(run_input) else _grid(time, power, step_s)
     if kept.size > 0.7 * time.size:
         return run_input
     held = np.diff(time, append=time[-1])
     energy = np.concatenate([[0.0], np.cumsum(power * held)])
     span = np.diff(time[kept], append=time[-1])
     mean = np.diff(energy[np.append(kept, time.size)])
-    run = _thinned(run_input, time[kept])
+    run = _thinned(run_input, time[kept], step_s)
     return replace(
         run_input,
         run=run,
@@ -59,9 +61,9 @@ def coarse(run_input: SimulationInput) -> SimulationInput:
     )
 
 
-def _grid(time_s: Floats, power_w: Floats) -> NDArray[np.intp]:
-    """Positions of the samples that stay: one each STEP_S, and those where the power jumps."""
-    number = np.floor((time_s - time_s[0]) / STEP_S + 1e-6)
+def _grid(time_s: Floats, power_w: Floats, step_s: float) -> NDArray[np.intp]:
+    """Positions of the samples that stay: one each ``step_s``, and those where the power jumps."""
+    number = np.floor((time_s - time_s[0]) / step_s + 1e-6)
     first = np.concatenate([[True], np.diff(number) > 0])
     jumps = np.concatenate([[False], np.abs(np.diff(power_w)) > JUMP * max(float(np.ptp(power_w)), 1e-12)])
     first |= jumps
@@ -69,10 +71,10 @@ def _grid(time_s: Floats, power_w: Floats) -> NDArray[np.intp]:
     return np.flatnonzero(first)
 
 
-def _sparse_grid(run_input: SimulationInput) -> NDArray[np.intp]:
+def _sparse_grid(run_input: SimulationInput, step_s: float) -> NDArray[np.intp]:
     """The same for a long recording: fewer where neither sensors nor power have moved."""
     time, power = run_input.time_s, run_input.power_w
-    kept = _grid(time, power)
+    kept = _grid(time, power, step_s)
     there = time[kept]
     moved = np.diff(there, prepend=there[0]) / STILL_S
     for values in (power[kept], *(_averaged(series, there) for series in run_input.run.measured.values())):
@@ -92,10 +94,10 @@ def _averaged(series: Series, time_s: Floats) -> Floats:
     return np.interp(time_s, series.time_s, mean)
 
 
-def _thinned(run_input: SimulationInput, grid_s: Floats) -> Run:
-    """The run with its sensors' samples no closer than STEP_S, in a long recording no closer than its grid."""
+def _thinned(run_input: SimulationInput, grid_s: Floats, step_s: float) -> Run:
+    """The run with its sensors' samples no closer than ``step_s``, in a long recording no closer than its grid."""
     run = run_input.run
-    thin = partial(_on, grid_s=grid_s) if is_long(run_input) else _every
+    thin = partial(_on, grid_s=grid_s) if is_long(run_input) else partial(_every, step_s=step_s)
     series: dict[Channel, Series] = {c: thin(s) for c, s in run.measured.items()}
     return replace(run, series={**run.series, **series})
 
@@ -106,7 +108,7 @@ def _on(series: Series, grid_s: Floats) -> Series:
     return Series(series.time_s[kept], series.value[kept])
 
 
-def _every(series: Series) -> Series:
+def _every(series: Series, step_s: float) -> Series:
     step = float(np.median(np.diff(series.time_s)))
-    every = max(1, round(STEP_S / step))
+    every = max(1, round(step_s / step))
     return Series(series.time_s[::every], series.value[::every])

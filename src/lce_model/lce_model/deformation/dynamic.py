@@ -27,10 +27,15 @@ from numpy.typing import NDArray
 
 from lce_model.constants import BOLTZMANN
 from lce_model.deformation.domains import DOMAINS, NODES, SHARES
+from lce_model.deformation.vector_math import SUMS, exponential
 from lce_model.landau import clearing_temperature, wells
 from lce_model.terms import Parameter, Term
 
 Floats = NDArray[np.float64]
+
+
+SLOWLY = 0.3
+"""Up to this integral of the rates over a step x hardly follows what it goes to."""
 
 
 class Branch(NamedTuple):
@@ -45,7 +50,7 @@ class Branch(NamedTuple):
     cr2: float
 
 
-@register_jitable
+@register_jitable(inline="always")
 def _rates(s: float, temperature: float, branch: Branch) -> tuple[float, float]:
     """(w13, w31) [1/K] at the distance ``s`` = √(T1 - T) below T1."""
     # B² - 4 A C of (4.3) is 4 A0 C (T1 - T); at an extremum of F, (4.1) shrinks to Q³ (B/6 - C Q/4).
@@ -56,24 +61,45 @@ def _rates(s: float, temperature: float, branch: Branch) -> tuple[float, float]:
     depth = q3 * q3 * q3 * (b / 6.0 - 0.25 * c * q3)
     thermal = 1.0 / (BOLTZMANN * temperature)
     gap = q3 - q2
-    w13 = (branch.cf1 + branch.cf2 * gap) * gap * math.exp(-barrier * thermal)
-    w31 = (branch.cr1 + branch.cr2 * q2) * q2 * math.exp((depth - barrier) * thermal)
+    w13 = (branch.cf1 + branch.cf2 * gap) * gap * exponential(-barrier * thermal)
+    w31 = (branch.cr1 + branch.cr2 * q2) * q2 * exponential((depth - barrier) * thermal)
     return w13, w31
 
 
-@register_jitable
-def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, em: float, e1: float) -> float:
-    """Solve dx/ds = k (e - x) over ``length`` from values at its beginning, middle and end, fourth order.
+@register_jitable(inline="always")
+def _relax_slowly(
+    x: float,
+    length: float,
+    total: float,
+    decay: float,
+    k0: float,
+    km: float,
+    k1: float,
+    e0: float,
+    em: float,
+    e1: float,
+) -> float:
+    """x after dx/ds = k (e - x) over ``length``, by a Magnus step; ``decay`` is e^-total, of the integral of k."""
+    source = length * (k0 * e0 + 4.0 * km * em + k1 * e1) / 6.0
+    twist = length * length * k0 * k1 * (e1 - e0) / 12.0
+    share = (1.0 - decay) / total if total > 1e-9 else 1.0 - 0.5 * total
+    return x * (1.0 - total * share) + (source + twist) * share
 
-    Slow rates: a Magnus step. Fast rates: x follows e closely, and the equation is solved exactly for an e that is
-    quadratic in the integrated rate.
-    """
-    total = length * (k0 + 4.0 * km + k1) / 6.0
-    if total < 0.3:
-        source = length * (k0 * e0 + 4.0 * km * em + k1 * e1) / 6.0
-        twist = length * length * k0 * k1 * (e1 - e0) / 12.0
-        share = -math.expm1(-total) / total if total > 1e-12 else 1.0
-        return x * (1.0 - total * share) + (source + twist) * share
+
+@register_jitable(inline="always")
+def _relax_fast(
+    x: float,
+    length: float,
+    total: float,
+    decay: float,
+    k0: float,
+    km: float,
+    k1: float,
+    e0: float,
+    em: float,
+    e1: float,
+) -> float:
+    """The same where x follows e closely: exact for an e that is quadratic in the integral of k."""
     middle = length * (5.0 * k0 + 8.0 * km - k1) / 24.0
     middle = min(max(middle, 0.1 * total), 0.9 * total)
     slope = (em - e0) / middle
@@ -81,7 +107,23 @@ def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, 
     slope -= bend * middle
     before = e0 - slope + 2.0 * bend
     after = e1 - (slope + 2.0 * bend * total) + 2.0 * bend
-    return after + (x - before) * math.exp(-total)
+    return after + (x - before) * decay
+
+
+@register_jitable
+def _relax(x: float, length: float, k0: float, km: float, k1: float, e0: float, em: float, e1: float) -> float:
+    """Solve dx/ds = k (e - x) over ``length`` from values at its beginning, middle and end, fourth order."""
+    total = length * (k0 + 4.0 * km + k1) / 6.0
+    decay = exponential(-total)
+    if total < SLOWLY:
+        return _relax_slowly(x, length, total, decay, k0, km, k1, e0, em, e1)
+    return _relax_fast(x, length, total, decay, k0, km, k1, e0, em, e1)
+
+
+@register_jitable
+def _in_pieces(s_from: float, s_to: float) -> bool:
+    """Does a path all but reach T1? It has most of its change of s there."""
+    return 4.0 * min(s_from, s_to) < max(s_from, s_to)
 
 
 @register_jitable
@@ -93,8 +135,7 @@ def _within(x: float, t_from: float, t_to: float, t1: float, branch: Branch) -> 
     if t_from == t_to:
         return x
     s_from, s_to = math.sqrt(t1 - t_from), math.sqrt(t1 - t_to)
-    # A step that all but reaches T1 has most of its change of s there.
-    pieces = 4 if 4.0 * min(s_from, s_to) < max(s_from, s_to) else 1
+    pieces = 4 if _in_pieces(s_from, s_to) else 1
     ds = (s_to - s_from) / pieces
     f_0, r_0 = _rates(s_from, t_from, branch)
     for i in range(pieces):
@@ -130,18 +171,76 @@ def _advance(x: float, t_from: float, t_to: float, t_star: float, branch: Branch
 
 
 @register_jitable
+def _advance_most(
+    x: Floats, after: Floats, t_from: float, t_to: float, t_star: float, spread: float, branch: Branch, spinodal: float
+) -> None:
+    """Set ``after`` to the x of all domains after the path t_from → t_to, NaN where :func:`_advance` takes more pieces.
+
+    It does what that does, without branches, so that the compiler advances several domains at once.
+    """
+    width = clearing_temperature(branch.a0, branch.b, branch.c, 0.0)
+    q = 0.5 * branch.b / branch.c
+    isotropic = (branch.cr1 + branch.cr2 * q) * q + spinodal
+    falls = t_to < t_from
+    for i in range(DOMAINS):
+        star = t_star + spread * NODES[i]
+        t1 = star + width
+        below_from, below_to = min(t_from, t1), min(t_to, t1)
+        loss = exponential(-isotropic * (abs(t_to - t_from) - abs(below_to - below_from)))
+        s0, s1 = math.sqrt(t1 - below_from), math.sqrt(t1 - below_to)
+        sm = s0 + 0.5 * (s1 - s0)
+        f_0, r_0 = _rates(s0, t1 - s0 * s0, branch)
+        f_m, r_m = _rates(sm, t1 - sm * sm, branch)
+        f_1, r_1 = _rates(s1, t1 - s1 * s1, branch)
+        k0, km, k1 = max(f_0 + r_0, 1e-300), max(f_m + r_m, 1e-300), max(f_1 + r_1, 1e-300)
+        y = x[i] * (loss if falls else 1.0)
+        e0, em, e1 = f_0 / k0, f_m / km, f_1 / k1
+        k0, km, k1 = s0 * k0, sm * km, s1 * k1
+        length = 2.0 * abs(s1 - s0)
+        total = length * (k0 + 4.0 * km + k1) / 6.0
+        decay = exponential(-total)
+        slowly = _relax_slowly(y, length, total, decay, k0, km, k1, e0, em, e1)
+        fast = _relax_fast(y, length, total, decay, k0, km, k1, e0, em, e1)
+        y = min(max(slowly if total < SLOWLY else fast, 0.0), 1.0)
+        cold = abs(min(below_to, star) - min(below_from, star))
+        y = 1.0 - (1.0 - y) * exponential(-spinodal * cold)
+        crosses = (below_from - star) * (below_to - star) < 0.0
+        after[i] = math.nan if crosses or _in_pieces(s0, s1) else y * (1.0 if falls else loss)
+
+
+@register_jitable
+def _advance_all(
+    x: Floats, after: Floats, t_from: float, t_to: float, t_star: float, spread: float, branch: Branch, spinodal: float
+) -> None:
+    """Advance all domains along the path t_from → t_to; ``after`` is room for what they become."""
+    _advance_most(x, after, t_from, t_to, t_star, spread, branch, spinodal)
+    for i in range(DOMAINS):
+        if after[i] == after[i]:
+            x[i] = after[i]
+        else:
+            x[i] = _advance(x[i], t_from, t_to, t_star + spread * NODES[i], branch, spinodal)
+
+
+@register_jitable(fastmath=SUMS)
+def _sums(excess: float, x: Floats, spread: float, b: float, four_ac: float) -> tuple[float, float]:
+    """(Σ x Q3, Σ Q3) over the domains, in units of 1/2C, at T - T* of the mean T*."""
+    order = possible = 0.0
+    for i in range(DOMAINS):
+        q3 = SHARES[i] * (b + math.sqrt(max(b * b - four_ac * (excess - spread * NODES[i]), 0.0)))
+        order += x[i] * q3
+        possible += q3
+    return order, possible
+
+
+@register_jitable
 def _seen(
     temperature: float, x: Floats, a0: float, b: float, c: float, t_star: float, spread: float
 ) -> tuple[float, float]:
     """(x, Q3) of the strip: its order is the mean over the domains. Without a spread, the first stands for all."""
     if spread == 0.0:
         return x[0], wells(temperature, a0, b, c, t_star)[1]
-    order = possible = 0.0
-    for i in range(DOMAINS):
-        q3 = wells(temperature, a0, b, c, t_star + spread * NODES[i])[1]
-        order += SHARES[i] * x[i] * q3
-        possible += SHARES[i] * q3
-    return order / possible, possible
+    order, possible = _sums(temperature - t_star, x, spread, b, 4.0 * a0 * c)
+    return order / possible, 0.5 * possible / c
 
 
 def start(
@@ -171,6 +270,7 @@ def step(
     order_temperature: float,
     transition_spread: float,
     x: Floats,
+    after: Floats,
     reference_order: float,
     a0_r: float,
     b_r: float,
@@ -191,8 +291,10 @@ def step(
     heating = Branch(a0_r, b_r, c_r, cf1_r, 0.0, cr1_r, cr2_r)
     cooling = Branch(a0_f, b_f, c_f, cf1_f, cf2_f, cr1_f, 0.0)
     branch = heating if direction > 0.0 else cooling
-    for i in range(DOMAINS if transition_spread > 0.0 else 1):
-        x[i] = _advance(x[i], path_from, path_to, t_star + transition_spread * NODES[i], branch, spinodal)
+    if transition_spread > 0.0:
+        _advance_all(x, after, path_from, path_to, t_star, transition_spread, branch, spinodal)
+    else:
+        x[0] = _advance(x[0], path_from, path_to, t_star, branch, spinodal)
     fraction, q3 = _seen(order_temperature, x, branch.a0, branch.b, branch.c, t_star, transition_spread)
     return fraction, q3, reference_order
 
@@ -241,7 +343,7 @@ DYNAMIC = Term(
             fixed=True,
         ),
     ),
-    arrays=(("x", DOMAINS),),
+    arrays=(("x", DOMAINS), ("after", DOMAINS)),
     outputs=("fraction", "well_order", "reference_order"),
     start=start,
     step=step,
