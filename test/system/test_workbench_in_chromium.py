@@ -29,6 +29,8 @@ STRIP = default_model().add("creep").set({"creep.share": 0.15, "creep.tau_v": 8.
 TABS = ("Runs", "Import", "Prepare", "Compare", "Diagnose", "Add", "Design", "Export", "Bench")
 BEHIND_NODES = Path(__file__).parent / "chromium_behind_nodes.sh"
 JOB_MS = 90_000
+ACTION_MS = 60_000
+"""A click or a filled field waits for the page, which runs behind the nodes and on a busy machine gets little."""
 CONTRAST = {"runOnly": ["color-contrast"]}
 
 pytestmark = [pytest.mark.alone, needs_chromium]
@@ -99,6 +101,7 @@ def shown(address: str, but: str = "no such words") -> Iterator[Page]:
             executable_path=BEHIND_NODES, args=FLAGS, env={**os.environ, "CHROMIUM": str(CHROMIUM)}
         )
         page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.set_default_timeout(ACTION_MS)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
         page.on(
