@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lce_analysis import DiagnoseOptions
+from lce_analysis import DiagnoseOptions, FitOptions
+from lce_analysis.diagnosis import chain
 from lce_analysis.diagnosis.accepted import VariationStep
 from lce_analysis.diagnosis.looking_back import _is_at_a_bound, _without_difference, keep_what_explains
 from lce_analysis.diagnosis.search import Search
@@ -153,3 +154,29 @@ def test_a_refit_on_every_sample_whose_strip_jumps_elsewhere_begins_again(monkey
     *same, again = begun
     assert same == [found.model, found.model] and not np.array_equal(found.model.vector, again.vector)
     assert search._error(again, "model") < 1.1 * search._error(found.model, "model")
+
+
+def test_an_identification_from_scratch_goes_on_from_other_starts_where_the_first_lead_no_further(
+    strip: Model, recorded: Callable[..., Run], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
+    worse = replace(search.present, model=strip.set({"lumped.gain": 0.5 * strip["lumped.gain"]}))
+    seeds: list[int] = []
+
+    def begun(_model: Model, _runs: object, options: FitOptions, _progress: object) -> Model:
+        seeds.append(options.seed)
+        return strip if options.seed == leads else worse.model
+
+    def refitted(model: Model) -> StagedFit:
+        assert search.present.deformation is not None
+        fit = search.present.deformation.fit
+        left = replace(fit, residual=fit.residual * (3.0 if model == worse.model else 1.0))
+        return replace(search.present, model=model, deformation=replace(search.present.deformation, fit=left))
+
+    monkeypatch.setattr(chain, "rough_fit", begun)
+    monkeypatch.setattr(search, "refitted", refitted)
+    for leads, tried in ((1, [1]), (2, [1, 2]), (0, [1, 2])):
+        seeds.clear()
+        found = search.identified_anew(refitted(worse.model))
+        assert (None if found is None else found.model) == (strip if leads else None)
+        assert seeds == tried

@@ -33,8 +33,8 @@ from lce_model.effects import Effect
 Kind = TypeVar("Kind", Step, VariationStep)
 FINE: Final = 15
 """Iterations of a refit on every sample, at most: it begins at the optimum of the finer grid, close to its own."""
-OTHER_STARTS: Final = 1
-"""Seed of an identification from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
+OTHER_STARTS: Final = (1, 2)
+"""Seeds of identifications from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
 JUMPED, DRAWS = 1.5, 32
@@ -152,11 +152,19 @@ class Chain:
         return sum(misfit.mean_square(channel) for channel in misfit.total)
 
     def identified_anew(self, present: StagedFit) -> StagedFit | None:
-        """The model identified from scratch, its deformation driven as it is judged; None if that explains no more."""
+        """The model identified from scratch, its deformation driven as it is judged; None if that explains no more.
+
+        It is identified once more where the first starts led no further.
+        """
         runs = [run_input.run for run_input in self.coarse.inputs]
-        options = FitOptions(drive=present.drive, seed=OTHER_STARTS)
-        anew = self.refitted(rough_fit(present.model, runs, options, self.progress))
-        return anew if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER) else None
+        for seed in OTHER_STARTS:
+            options = FitOptions(drive=present.drive, seed=seed)
+            found = self.refitted(rough_fit(present.model, runs, options, self.progress))
+            # Once more, without the samples around the jumps of what was found.
+            anew = self.refitted(found.model)
+            if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER):
+                return anew
+        return None
 
     def between(
         self, without: StagedFit, with_it: StagedFit, held_out: HeldOut | None, drive: Drive

@@ -115,7 +115,7 @@ class Search(Chain):
 
         In a poor minimum the strength of the fit is not the one that the runs want.
         """
-        if best.objection != "varies" or best.reduction < self.options.most:
+        if best.objection != "varies" or not goes_far(best, self.options):
             return best
         fit = self.refitted(self.with_effect_of(best))
         found = (self.identified_anew(fit) or fit).deformation
