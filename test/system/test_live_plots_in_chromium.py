@@ -102,3 +102,15 @@ def test_an_event_is_marked_on_a_plot_and_found_in_the_bag(tmp_path: Path, monke
     run = read_run(bag)
     assert [marker.text for marker in run.markers] == [ODD]
     assert run.power is not None and 0.0 < run.markers[0].time_s < run.power.time_s[-1]
+
+
+def test_a_page_that_was_held_up_keeps_what_was_begun(tmp_path: Path) -> None:
+    with served(tmp_path) as (address, _), shown(address) as page:
+        tab(page, "Bench")
+        page.get_by_role("button", name="Add a plot").click()
+        page.get_by_label("Topics of the plot").fill("laser/power_stamped")
+        page.evaluate("window.held = true; for (const end = Date.now() + 12000; Date.now() < end;);")
+        page.wait_for_timeout(6000)
+        assert page.evaluate("window.held"), "the page was loaded anew"
+        page.get_by_role("option", name="laser/power_stamped [W]", exact=True).click()
+        expect(page.locator(".q-chip", has_text="laser/power_stamped [W]")).to_be_visible()

@@ -24,6 +24,8 @@ from lce_app.workbench.state import WorkbenchState
 from lce_data.errors import LceError
 
 TEND_S: Final = 0.05
+RECONNECT_S: Final = 20.0
+"""A page that the machine held up for less stays as it is; after more it is loaded anew, without what was typed."""
 PATIENCE_S: Final = 4.0
 """Longest time [s] that loading the analysis waits for the first page, so that the page comes first."""
 
@@ -117,4 +119,5 @@ def serve(host: str, port: int, token: str) -> None:
             gzip_middleware_factory=None if is_loopback(host) else GZipMiddleware,
             tailwind=False,
             show_welcome_message=False,
+            reconnect_timeout=RECONNECT_S,
         )
