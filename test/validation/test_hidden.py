@@ -4,6 +4,8 @@
 import ast
 import json
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ from suite import read, run, until
 from lce_analysis.diagnosis import diagnose
 from lce_analysis.identification import fit
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
+from lce_data.run import Run, Series
 from lce_model import default_model
 from lce_model.effects import library
 
@@ -334,3 +337,30 @@ def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
         assert result["added"] == []
     elif ALL[family].exact:
         assert max(result["after"].values()) < 1.3
+
+
+def _late(run: Run) -> Run:
+    """Shown by a camera with a dead time of two of its samples."""
+    time_s, shown = run.series[TEMPERATURE].time_s, run.series[TEMPERATURE].value
+    late = Series(time_s, np.concatenate([np.full(2, shown[0]), shown[:-2]]))
+    return replace(run, series={**run.series, TEMPERATURE: late})
+
+
+def _with_threshold(run: Run) -> Run:
+    """Heated by a laser that was asked for 0.1 W more than it gave."""
+    time_s, given_w = run.series[POWER].time_s, run.series[POWER].value
+    asked = Series(time_s, np.where(given_w > 0.0, given_w + 0.1, 0.0))
+    return replace(run, series={**run.series, POWER: asked})
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize(("name", "changed"), [("camera_lag", _late), ("laser_saturation", _with_threshold)])
+def test_a_dead_time_and_a_threshold_are_named_without_a_lag_or_a_saturation(
+    name: str, changed: Callable[[Run], Run]
+) -> None:
+    made = campaign(Case("equilibrium", (), "clear", 0, campaign="short"))
+    train, test = ([changed(one) for one in runs] for runs in made)
+    found = diagnose(fit(default_model("lumped", "equilibrium"), train).model, train, test)
+    assert [step.added for step in found.steps] == [name]
+    assert found.test.misfit["after"].rms[TEMPERATURE] < 1.1

@@ -41,7 +41,11 @@ def check_inputs(run: Run, terms: Iterable[Term]) -> None:
 
 def acting(model: Model) -> tuple[Term, ...]:
     """The terms of a model without the effects that are at their null value."""
-    return tuple(t for t in model.terms if not isinstance(t, Effect) or model[t.strength_key] != t.null)
+    return tuple(t for t in model.terms if not isinstance(t, Effect) or _acts(t, model))
+
+
+def _acts(effect: Effect, model: Model) -> bool:
+    return any(model[f"{effect.name}.{name}"] != effect.parameter(name).default for name in effect.amplitudes)
 
 
 def lacks(effect: Effect, runs: Sequence[Run]) -> str:

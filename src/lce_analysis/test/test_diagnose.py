@@ -38,8 +38,9 @@ KEYS = {
     "discrepancy", "varies", "signatures", "fingerprint", "other_base", "seconds",
 }  # fmt: skip
 CANDIDATE_KEYS = {
-    "effect", "stage", "standing", "reason", "evidence", "p_value", "visibility", "expected_strength", "predicted_fall",
-    "actual_fall", "strength", "held_out", "aliases",
+    "effect", "stage", "standing", "reason", "evidence", "p_value", "visibility", "expected_strength",
+    "expected_strength_of", "predicted_fall",
+    "actual_fall", "strength", "strength_of", "held_out", "aliases",
 }  # fmt: skip
 
 
@@ -129,6 +130,21 @@ def test_a_hidden_effect_is_named_and_the_held_out_error_comes_down_to_the_noise
     for estimate in step.trial.strengths.by_run:
         assert estimate is not None
         assert abs(estimate.value - effect.typical) < max(5.0 * estimate.standard_error, 0.05 * effect.typical)
+
+
+@pytest.mark.parametrize("key", ["camera_lag.delay", "laser_saturation.p_th"])
+def test_what_acts_without_the_strength_of_its_effect_is_named_and_told(key: str) -> None:
+    """A dead time without a lag, a threshold without a saturation."""
+    name, _, parameter = key.partition(".")
+    train, test = _campaign(BASE.add(name).set({key: 0.2}))
+    found = diagnose(BASE, train, test, [find(n) for n in (*NAMES, "camera_lag", "laser_saturation")])
+    assert [s.added for s in found.steps] == [name]
+    (step,) = found.as_json()["steps"]
+    assert found.test.misfit["after"].rms[TEMPERATURE] == pytest.approx(1.0, abs=0.1)
+    if step["strength_of"] == key:
+        assert found.steps[0].trial.amplitude.name == parameter
+        for value, error in step["strength_by_run"].values():
+            assert abs(value - found.model[key]) < 5.0 * error
 
 
 def test_an_effect_is_not_rejected_for_a_strength_that_only_a_poor_minimum_gives() -> None:

@@ -54,13 +54,14 @@ def _held_out(before: dict[Channel, float], after: dict[Channel, float], **judge
 
 
 def _strengths(*by_run: float, error: float = 0.005, overall: float = 0.1, inflation: float = 1.0) -> Strengths:
-    return Strengths(Estimate(overall, error), inflation, 1.0, tuple(Estimate(x, error) for x in by_run))
+    each = tuple(Estimate(x, error) for x in by_run)
+    return Strengths(CREEP.strength_key, Estimate(overall, error), inflation, 1.0, each)
 
 
 STAGE = StageProblem("deformation", _fit(5.0, 0.0), (CREEP,), "model")
 SCORE = Score(
     effect=CREEP,
-    direction=Direction(CREEP, {"creep.tau_v": 8.0}, 1e-4),
+    direction=Direction(CREEP, CREEP.parameter("share"), {"creep.tau_v": 8.0}, 1e-4),
     index=0,
     evidence=500.0,
     p_value=0.0,
@@ -268,7 +269,8 @@ def test_a_second_start_without_a_slope_is_where_the_effect_leaves_least() -> No
     run = Run.of("a", Series(time_s, power_w), Series(time_s, shown + noise))
     clip = find("temperature_clip")
     [stage] = Search(plain, [run], (), [clip], OPTIONS, silent).present.heat
-    score = replace(SCORE, effect=clip, direction=Direction(clip, {}, 0.0125), expected_strength=0.0097)
+    direction = Direction(clip, clip.parameter(clip.strength), {}, 0.0125)
+    score = replace(SCORE, effect=clip, direction=direction, expected_strength=0.0097)
     there = effect_alone(stage, score).model
     assert 1.0 / there[clip.strength_key] == pytest.approx(60.0, abs=0.3)
     assert there.set({clip.strength_key: 0.0}) == stage.fit.problem.model

@@ -154,7 +154,7 @@ def test_an_added_effect_has_its_errors_run_by_run(added: Addition, runs: list[R
     compared = {
         label: compare(model, runs, CompareOptions(drive=added.model.fit["drive"])) for label, model in models.items()
     }
-    tables = addition_tables(added, find("creep"), compared, held_out={"other"})
+    tables = addition_tables(added, compared, held_out={"other"})
     assert tables.errors.head == ("run", "sensor", "as given", "refitted", "with creep", "went")
     assert [row[:2] for row in tables.errors.rows][-2:] == [("other (held out)", "T"), ("other (held out)", "d")]
     sides: list[tuple[ErrorTable, int]] = [(added.train, 2), (added.test, 1)]
@@ -166,7 +166,7 @@ def test_an_added_effect_has_its_errors_run_by_run(added: Addition, runs: list[R
     ]
     assert [row[4] for row in tables.errors.rows] == wanted
     assert set(re.findall(r"→ ([\d.]+) × noise", added.sentence)) <= {row[4] for row in tables.errors.rows}
-    dots = strength_intervals(strength_by_run(find("creep"), added.strength_by_run))
+    dots = strength_intervals(strength_by_run("creep", added.amplitude, added.strength_by_run))
     assert isinstance(dots, Intervals) and list(dots.labels) == ["pulse", "stairs"]
     assert list(dots.texts) == [row[1] for row in tables.strengths.rows]
     assert dots.values == pytest.approx(0.12, abs=0.01)

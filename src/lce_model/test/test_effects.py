@@ -20,8 +20,6 @@ from lce_model.terms import SIGNALS, STAGES
 EFFECTS = tuple(library().values())
 BASES = ("equilibrium", "dynamic", "kinetic")
 CAMERA_K, DISTANCE_M = 0.06, 4e-6
-ACT_ALONE = {("camera_lag", "delay"), ("laser_saturation", "p_th")}
-"""Second parameters that do something of their own; at their defaults they do nothing."""
 
 each = pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 
@@ -79,7 +77,6 @@ def test_an_effect_explains_itself(effect: Effect) -> None:
     assert effect.meaning and len(effect.meaning) < 80 and not effect.meaning.endswith(".")
     assert effect.step_sizes and all(size > 0.0 for size in effect.step_sizes)
     assert effect.strength_key == f"{effect.name}.{effect.strength}"
-    assert effect.one_sided == (effect.parameter(effect.strength).lower == effect.null)
     assert any(not p.fixed for p in effect.parameters)
     for parameter in effect.parameters:
         assert parameter.unit
@@ -109,11 +106,13 @@ def test_at_its_null_value_an_effect_changes_nothing_whatever_its_other_paramete
     others = {
         f"{effect.name}.{p.name}": rng.uniform(p.lower, p.upper)
         for p in effect.parameters
-        if p.name != effect.strength and (effect.name, p.name) not in ACT_ALONE
+        if p.name not in effect.amplitudes
     }
-    np.testing.assert_array_equal(
-        columns(simulate(null.set(others), TIME, POWER)), columns(simulate(null, TIME, POWER))
-    )
+    off = columns(simulate(null, TIME, POWER))
+    np.testing.assert_array_equal(columns(simulate(null.set(others), TIME, POWER)), off)
+    for name in effect.acting_alone:
+        alone = null.set({f"{effect.name}.{name}": 0.5 * effect.parameter(name).upper})
+        assert not np.array_equal(columns(simulate(alone, TIME, POWER)), off)
 
 
 @each

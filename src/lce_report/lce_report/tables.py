@@ -14,7 +14,6 @@ from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import SENSORS, Channel
 from lce_data.units import after_number, in_head
 from lce_model import Model
-from lce_model.effects import Effect
 from lce_report.blocks import Table
 
 if TYPE_CHECKING:
@@ -82,7 +81,7 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
         errors=error_columns(found, [accepted.label for accepted in found.accepted]),
         steps=_steps(found.accepted) if found.accepted else None,
         varies=values_by_run(found.model) if found.model.varies else None,
-        strengths=_strengths({c.effect: _by_run(c, found.runs) for c in leaders}) if leaders else None,
+        strengths=_strengths([_by_run(c, found.runs) for c in leaders]) if leaders else None,
         ranking=_ranking(tried, found.steps) if tried else None,
         not_tried=" ".join(_not_tried(others, found.not_examined)),
         evidence=Table(
@@ -105,19 +104,20 @@ def _not_tried(promised_little: Sequence[str], not_examined: Mapping[str, str]) 
 
 
 def addition_tables(
-    addition: Addition, effect: Effect, compared: Mapping[str, Comparison], held_out: Collection[str] = ()
+    addition: Addition, compared: Mapping[str, Comparison], held_out: Collection[str] = ()
 ) -> AdditionTables:
     """Lay out an added effect.
 
     Parameters
     ----------
-    addition : what adding it did; effect : which one it is.
+    addition : what adding it did.
     compared : the model as given, refitted, and with the effect, beside the same runs, by what they are called.
     held_out : names of the runs that nothing was fitted to.
     """
+    amplitude = addition.amplitude
     return AdditionTables(
         errors=_errors_by_run(compared, held_out),
-        strengths=_strengths({effect: (None, addition.strength_by_run)}),
+        strengths=_strengths([(f"{addition.effect}.{amplitude.name}", amplitude.unit, None, addition.strength_by_run)]),
         history=models_tried(addition.model),
     )
 
@@ -220,24 +220,25 @@ def _own(own: RunValue | None) -> str:
     return NOTHING if own is None else estimate(own.value, own.standard_error or math.nan)
 
 
-ByRun = tuple[Estimate | None, Mapping[str, Estimate | None]]
-"""Strength from all runs together, and from each."""
+ByRun = tuple[str, str, Estimate | None, Mapping[str, Estimate | None]]
+"""Name of a strength and its unit, the one from all runs together, and from each."""
 
 
 def _by_run(candidate: Candidate, runs: Sequence[str]) -> ByRun:
     assert candidate.trial is not None and candidate.trial.strengths is not None
     found = candidate.trial.strengths
-    return found.overall, dict(zip(runs, found.by_run, strict=True))
+    by_run = dict(zip(runs, found.by_run, strict=True))
+    return found.parameter, candidate.amplitude.unit, found.overall, by_run
 
 
-def _strengths(found: Mapping[Effect, ByRun]) -> Table:
+def _strengths(found: Sequence[ByRun]) -> Table:
     """A column for each effect, a row for each run."""
     head = ["run"]
     columns: list[list[str]] = []
-    for effect, (overall, by_run) in found.items():
-        head.append(in_head(effect.strength_key, effect.parameter(effect.strength).unit))
+    for name, unit, overall, by_run in found:
+        head.append(in_head(name, unit))
         columns.append([_estimate(e) for e in ([overall] if overall else []) + list(by_run.values())])
-    overall, by_run = next(iter(found.values()))
+    _, _, overall, by_run = found[0]
     runs = [*(["all runs"] if overall else []), *by_run]
     rows = [(run, *(column[i] for column in columns)) for i, run in enumerate(runs)]
     return Table("Strength that each run wants, ± standard error", head, rows)
@@ -251,12 +252,11 @@ def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
     for c in tried:
         step, of = accepted.get(c.effect.name), held_out[c.effect.name]
         actual = c.actual_reduction if step is None else step.actual_reduction
-        unit = c.effect.parameter(c.effect.strength).unit
         rows.append(
             (
                 c.effect.name,
                 c.effect.meaning,
-                _estimate(c.strength, unit),
+                _estimate(c.strength, c.amplitude.unit),
                 percent(c.predicted_reduction),
                 NOTHING if actual is None else percent(actual),
                 *(NOTHING if of is None else without_with(of, s) for s in sensors),
@@ -275,7 +275,7 @@ def _held_out(c: Candidate, accepted: Mapping[str, Step]) -> HeldOut | None:
 
 
 def _evidence(c: Candidate) -> tuple[str, ...]:
-    score, unit = c.score, c.effect.parameter(c.effect.strength).unit
+    score, unit = c.score, c.score.direction.amplitude.unit
     after = after_number(unit)
     return (
         c.effect.name,

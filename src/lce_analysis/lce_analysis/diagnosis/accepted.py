@@ -8,7 +8,7 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.misfit import Misfit, reduction
 from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem
-from lce_analysis.diagnosis.strength import Strengths, strengths
+from lce_analysis.diagnosis.strength import Strengths, strengths_of
 from lce_analysis.diagnosis.trial import Trial
 from lce_analysis.diagnosis.variation import VariationTrial
 from lce_model.effects import Effect
@@ -104,6 +104,4 @@ Accepted = Step | VariationStep
 
 def strengths_in(stage: StageProblem, effect: Effect) -> Strengths | None:
     """The strength of an effect that a part of the model has; None if it has none: one that acts back on the heat."""
-    problem = stage.fit.problem
-    free = [problem.model.values[i].key for i in problem.free]
-    return strengths(stage.fit, free.index(effect.strength_key)) if effect.strength_key in free else None
+    return strengths_of(stage.fit, effect)

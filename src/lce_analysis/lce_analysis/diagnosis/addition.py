@@ -20,6 +20,7 @@ from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import Effect, find, library
+from lce_model.terms import Parameter
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Addition:
     predicted_reduction, actual_reduction : of the squared error above the noise, as fractions.
     held_out : errors without and with the effect on data left out.
     strength_by_run : strength that each run alone would want; None where it says nothing.
+    amplitude : the parameter that is reported as the strength.
     objection : why the data do not confirm the effect, in words; empty if they do.
     train, test : errors of the three models on the runs, and on those held out.
     at_bounds : parameters that the refit with the effect has left at a bound.
@@ -48,6 +50,7 @@ class Addition:
     actual_reduction: float
     held_out: HeldOut
     strength_by_run: Mapping[str, Estimate | None]
+    amplitude: Parameter
     objection: str
     train: ErrorTable
     test: ErrorTable
@@ -131,6 +134,7 @@ def add_effect(
         actual_reduction=step.actual_reduction,
         held_out=step.held_out,
         strength_by_run={run.name: e for run, e in zip(runs, estimates, strict=True)},
+        amplitude=trial.amplitude,
         objection=objection,
         train=error_table(search, models, search.data.judged),
         test=error_table(search, models, search.tests),

@@ -177,6 +177,7 @@ def _step_json(step: Step, runs: Sequence[str]) -> dict[str, Any]:
         "set": list(step.alias_set),
         "predicted_fall": step.predicted_reduction,
         "actual_fall": step.actual_reduction,
+        "strength_of": f"{step.added}.{step.trial.amplitude.name}",
         "strength_by_run": {name: None if e is None else _estimate_json(e) for name, e in by_run.items()},
         "left_out": step.held_out.how,
         "held_out": {"before": _over_noise(step.held_out.before), "after": _over_noise(step.held_out.after)},
@@ -204,9 +205,11 @@ def _candidate_json(c: Candidate) -> dict[str, Any]:
         "p_value": c.score.p_value,
         "visibility": c.score.visibility,
         "expected_strength": c.score.expected_strength,
+        "expected_strength_of": f"{c.effect.name}.{c.score.direction.amplitude.name}",
         "predicted_fall": c.predicted_reduction,
         "actual_fall": c.actual_reduction,
         "strength": None if c.strength is None else _estimate_json(c.strength),
+        "strength_of": f"{c.effect.name}.{c.amplitude.name}",
         "held_out": None
         if held_out is None
         else {"before": _over_noise(held_out.before), "after": _over_noise(held_out.after)},

@@ -12,6 +12,7 @@ from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_model.effects import Effect
+from lce_model.terms import Parameter
 
 Standing = Literal["missing", "trace", "rejected", "not tried"]
 """Worth having; significant, but not worth having; refitted and refused; too little promise for a refit."""
@@ -65,6 +66,11 @@ class Candidate:
     def actual_reduction(self) -> float | None:
         """The share that went in the refit; None if there was none."""
         return None if self.trial is None else self.trial.reduction
+
+    @property
+    def amplitude(self) -> Parameter:
+        """The parameter whose value is reported as the strength."""
+        return self.effect.parameter(self.effect.strength) if self.trial is None else self.trial.amplitude
 
     @property
     def strength(self) -> Estimate | None:

@@ -14,7 +14,8 @@ from lce_analysis.diagnosis.misfit import reduction_of
 from lce_analysis.diagnosis.projection import Projection, p_value, project
 from lce_analysis.diagnosis.whitening import whitened
 from lce_model import Model
-from lce_model.effects import Effect
+from lce_model.effects import SMALL, Effect
+from lce_model.terms import Parameter
 
 Floats = NDArray[np.float64]
 
@@ -23,28 +24,37 @@ Floats = NDArray[np.float64]
 class Direction:
     """An effect at fixed values of its other parameters: one column of the score test.
 
-    settings : TERM.PARAM to value of everything but the strength; step_size : the change of the strength by which the
-    column is measured, tiny where the effect is smooth, finite where it has no derivative at its null value.
+    amplitude : the parameter that turns it on: its strength, or one that acts alone.
+    settings : TERM.PARAM to value of the others.
+    step_size : the change of the amplitude by which the column is measured, tiny where the effect is smooth, finite
+        where it has no derivative at its null value.
     """
 
     effect: Effect
+    amplitude: Parameter
     settings: Mapping[str, float]
     step_size: float
 
+    def at(self, value: float) -> dict[str, float]:
+        """TERM.PARAM to value of the settings, and of the amplitude at a value."""
+        return {**self.settings, f"{self.effect.name}.{self.amplitude.name}": value}
+
     def row(self, model: Model) -> Floats:
         """Parameters of ``model``, which holds the effect at its null value, with the step_size."""
-        changes = dict(self.settings)
-        changes[self.effect.strength_key] = self.effect.null + self.step_size
-        return model.set(changes).vector
+        return model.set(self.at(self.amplitude.default + self.step_size)).vector
 
 
 def directions(effect: Effect, duration_s: float) -> list[Direction]:
-    """Every value of the second parameters on the effect's grid, with every step_size."""
-    grid = effect.grid_of(duration_s)
+    """Every value of the second parameters on the effect's grid, with every step_size; then what acts alone."""
+    grid, strength = effect.grid_of(duration_s), effect.parameter(effect.strength)
+    alone = [effect.parameter(name) for name in effect.acting_alone]
     return [
-        Direction(effect, {f"{effect.name}.{n}": x for n, x in zip(grid, point, strict=True)}, step_size)
-        for point in itertools.product(*grid.values())
-        for step_size in effect.step_sizes
+        *(
+            Direction(effect, strength, {f"{effect.name}.{n}": x for n, x in zip(grid, point, strict=True)}, step_size)
+            for point in itertools.product(*grid.values())
+            for step_size in effect.step_sizes
+        ),
+        *(Direction(effect, p, {}, SMALL * (p.upper - p.default)) for p in alone),
     ]
 
 
@@ -71,15 +81,14 @@ class Score:
     @property
     def shown(self) -> bool:
         """Would these data show the effect at some strength within its bounds?"""
-        spec = self.effect.parameter(self.effect.strength)
-        return self.detectable <= max(spec.upper - self.effect.null, self.effect.null - spec.lower)
+        spec = self.direction.amplitude
+        return self.detectable <= max(spec.upper - spec.default, spec.default - spec.lower)
 
     @property
     def settings_at_expected_strength(self) -> Mapping[str, float]:
         """TERM.PARAM to value of every parameter of the effect, the expected strength clipped to its bounds."""
-        spec = self.effect.parameter(self.effect.strength)
-        strength = min(max(self.expected_strength, spec.lower), spec.upper)
-        return {**self.direction.settings, self.effect.strength_key: strength}
+        spec = self.direction.amplitude
+        return self.direction.at(min(max(self.expected_strength, spec.lower), spec.upper))
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,7 @@ class ScoreTestResult:
 
     def _share(self, score: Score) -> float:
         """Share of the error above the noise that would go at the expected strength, if all were linear."""
-        strength = score.expected_strength - score.effect.null
+        strength = score.expected_strength - score.direction.amplitude.default
         free, j = self.fit.free, score.index
         shift = self.plain.solve[:, -1] - strength * self.plain.solve[:, j]
         rest = self.table[-1] - strength * self.table[free + j] - shift @ self.table[:free]
@@ -123,8 +132,8 @@ class ScoreTestResult:
 
     def _score(self, j: int) -> Score:
         d = self.directions[j]
-        effect, spec = d.effect, d.effect.parameter(d.effect.strength)
-        low, high = spec.lower - effect.null, spec.upper - effect.null
+        effect, spec = d.effect, d.amplitude
+        low, high = spec.lower - spec.default, spec.upper - spec.default
         change = float(np.clip(self.plain.strength[j], low, high))
         white_change = float(np.clip(self.white.strength[j], low, high))
         # Where the free parameters and the directions explain everything, no noise is left to compare with.
@@ -136,9 +145,9 @@ class ScoreTestResult:
             direction=d,
             index=j,
             evidence=evidence,
-            p_value=p_value(evidence, effect.one_sided, count),
+            p_value=p_value(evidence, spec.lower >= spec.default, count),
             visibility=float(self.white.visibility[j]),
-            expected_strength=effect.null + change,
+            expected_strength=spec.default + change,
             detectable=float(np.sqrt(self.critical_value * self.s2 / norm)) if norm > 0.0 else np.inf,
             predicted_gain=max(0.0, self.plain.reduction_at(j, change)),
         )

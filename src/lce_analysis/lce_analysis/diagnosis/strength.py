@@ -5,11 +5,15 @@ A true effect has one strength. What merely stands in for it needs another in ev
 linearisation at the optimum with the effect: all other parameters are shared by the runs and re-estimated together
 with a strength for each run.
 
+Where each of several parameters can do what the effect does, as the lag and the dead time of a camera, runs hardly tell
+one from the other. The strength is then that of the one that does most, and the others stay as they are.
+
 Standard errors are those of a sandwich estimator, clustered in time (Liang and Zeger 1986): residuals within a block
 may be correlated in any way, and larger in some blocks than in others, as the misfit of an imperfect model is.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,6 +22,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
 from lce_analysis.diagnosis.projection import RANK
+from lce_model.effects import Effect
 
 Floats = NDArray[np.float64]
 
@@ -39,12 +44,14 @@ class Estimate:
 class Strengths:
     """The strength of an effect beyond its null value.
 
+    parameter : which one it is, TERM.PARAM.
     overall : from all runs together.
     inflation : squared standard error over that which white noise of the sensors alone would give.
     samples_per_block : residuals that the standard errors take together; a constant one is inflated by so much.
     by_run : from each run; None where a run says nothing of it.
     """
 
+    parameter: str
     overall: Estimate
     inflation: float
     samples_per_block: float
@@ -75,15 +82,35 @@ class Strengths:
         return Estimate(float(np.sum(weight * value) / np.sum(weight)), float(np.sum(weight) ** -0.5))
 
 
-def strengths(fit: LinearizedFit, column: int) -> Strengths:
-    """Strengths of the effect whose strength is the free variable ``column`` of a fit that stands at its optimum.
+def strengths_of(fit: LinearizedFit, effect: Effect) -> Strengths | None:
+    """Strengths of an effect in a fit that stands at its optimum, of the parameter that does most of what it does.
+
+    None if the strength is not free there.
+    """
+    problem = fit.problem
+    place = {problem.model.values[i].key: j for j, i in enumerate(problem.free)}
+    if effect.strength_key not in place:
+        return None
+    amplitudes = {name: place[key] for name in effect.amplitudes if (key := f"{effect.name}.{name}") in place}
+
+    def size(name: str) -> float:
+        column = amplitudes[name]
+        change = problem.model[f"{effect.name}.{name}"] - effect.parameter(name).default
+        return float(np.linalg.norm(fit.jacobian[:, column])) * abs(change) / max(float(problem.slopes[column]), 1e-300)
+
+    most = max(amplitudes, key=size)
+    return strengths(fit, amplitudes[most], [column for name, column in amplitudes.items() if name != most])
+
+
+def strengths(fit: LinearizedFit, column: int, held: Sequence[int] = ()) -> Strengths:
+    """Strengths where the free variable ``column`` of a fit that stands at its optimum is one, and others are ``held``.
 
     They are in the unit of the parameter: the value at the optimum, and that plus what each run would change.
     """
     runs = len(fit.problem.inputs)
     blocks = _blocks(fit)
     own = fit.jacobian[:, column]
-    others = np.delete(fit.jacobian, column, axis=1)
+    others = np.delete(fit.jacobian, [column, *held], axis=1)
     position = fit.problem.free[column]
     value = float(fit.problem.model.vector[position])
     slope = float(fit.problem.slopes[column])
@@ -96,7 +123,8 @@ def strengths(fit: LinearizedFit, column: int) -> Strengths:
     found = [Estimate(value + slope * float(step[first + i]), slope * float(errors[first + i])) for i in range(runs)]
     by_run = tuple(e if np.isfinite(e.standard_error) and e.standard_error > 0.0 else None for e in found)
     overall = Estimate(value, slope * float(shared[-1]))
-    return Strengths(overall, float(inflation[-1]), own.size / np.unique(blocks).size, by_run)
+    key = fit.problem.model.values[position].key
+    return Strengths(key, overall, float(inflation[-1]), own.size / np.unique(blocks).size, by_run)
 
 
 def _blocks(fit: LinearizedFit) -> NDArray[np.intp]:

@@ -19,6 +19,7 @@ from lce_analysis.identification.problem import Problem
 from lce_analysis.inputs import differs_between_runs_only
 from lce_analysis.options import DiagnoseOptions
 from lce_model.effects import Effect
+from lce_model.terms import Parameter
 
 Floats = NDArray[np.float64]
 Objection = Literal[
@@ -60,9 +61,15 @@ class Trial:
         return self.score.effect
 
     @property
+    def amplitude(self) -> Parameter:
+        """The parameter that does most of what the effect does: its strength, or one that acts alone."""
+        key = self.strengths.parameter if self.strengths else self.effect.strength_key
+        return self.effect.parameter(key.removeprefix(f"{self.effect.name}."))
+
+    @property
     def strength(self) -> float:
-        """The strength found."""
-        return self.fit.problem.model[self.effect.strength_key]
+        """Its value."""
+        return self.fit.problem.model[f"{self.effect.name}.{self.amplitude.name}"]
 
     @property
     def predicted_reduction(self) -> float:
@@ -92,15 +99,14 @@ def first_step(stage: StageProblem, score: Score, solve: Floats) -> Problem:
 
     solve : (free, directions + 1) of the score test's projection.
     """
-    base, effect = stage.fit.problem, score.effect
+    base, null = stage.fit.problem, score.direction.amplitude.default
     z = base.first()
-    strength = score.expected_strength - effect.null
+    strength = score.expected_strength - null
     shift = np.clip(solve[:, -1] - strength * solve[:, score.index], -LONGEST_FIRST_STEP, LONGEST_FIRST_STEP)
     best, least = base, math.inf
     for length in STEP_LENGTHS:
         there = base.at(z + length * shift)
-        value = effect.null + length * strength
-        there = replace(there, model=there.model.set({**score.direction.settings, effect.strength_key: value}))
+        there = replace(there, model=there.model.set(score.direction.at(null + length * strength)))
         error = _squared_error(there)
         if error < least:
             best, least = there, error
@@ -116,7 +122,7 @@ def effect_alone(stage: StageProblem, score: Score) -> Problem:
     base, effect = stage.fit.problem, score.effect
 
     def at(strength: float) -> Problem:
-        return replace(base, model=base.model.set({**score.direction.settings, effect.strength_key: strength}))
+        return replace(base, model=base.model.set(score.direction.at(strength)))
 
     if len(effect.step_sizes) == 1:
         return at(score.expected_strength)
@@ -152,8 +158,8 @@ def goes_far(trial: Trial, options: DiagnoseOptions) -> bool:
 
 def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection:
     """What speaks against the effect, the plainest first."""
-    spec = trial.effect.parameter(trial.effect.strength)
-    if trial.gain <= 0.0 or abs(trial.strength - trial.effect.null) <= AT_NULL * (spec.upper - spec.lower):
+    spec = trial.amplitude
+    if trial.gain <= 0.0 or abs(trial.strength - spec.default) <= AT_NULL * (spec.upper - spec.lower):
         return "null"
     inflation = trial.strengths.inflation if trial.strengths else 1.0
     if trial.gain <= penalty(trial.effect, library, options.false_alarm) * inflation:
@@ -212,7 +218,7 @@ def agrees(trial: Trial, strengths: Strengths, options: DiagnoseOptions) -> bool
     """
     if differs_between_runs_only(trial.effect, [i.run for i in trial.fit.problem.inputs]):
         return True
-    overall, mean, null = strengths.overall, strengths.mean, trial.effect.null
+    overall, mean, null = strengths.overall, strengths.mean, trial.amplitude.default
     if any(abs(e.value - null) <= options.agreement * e.standard_error for e in (mean, overall)):
         return False
     error = max(mean.standard_error, overall.standard_error)

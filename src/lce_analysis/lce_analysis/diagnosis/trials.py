@@ -11,7 +11,7 @@ from lce_analysis.diagnosis.held_out import DataLeftOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gained, refit, samples
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import StageProblem
-from lce_analysis.diagnosis.strength import strengths
+from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import Objection, Trial, effect_alone, first_step, objection, penalty, with_effect
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem
@@ -142,8 +142,7 @@ class Trials:
 
     def _judged(self, trial: Trial, on_data_left_out: bool = True) -> Trial:
         problem = trial.fit.problem
-        column = problem.free.index(problem.model.index(trial.effect.strength_key))
-        trial = replace(trial, strengths=strengths(trial.fit, column))
+        trial = replace(trial, strengths=strengths_of(trial.fit, trial.effect))
         found = self.objection(trial)
         if found or not on_data_left_out:
             return replace(trial, objection=found)

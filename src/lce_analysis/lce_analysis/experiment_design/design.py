@@ -133,7 +133,7 @@ def _rivals(model: Model, between: tuple[str, str]) -> _Rivals:
     for effect in effects:
         if effect.reference in model.effects:
             own = {v.key: v.value for v in model.values if v.term == effect.name}
-            whole = whole.set({effect.strength_key: effect.null})
+            whole = whole.set({f"{effect.name}.{name}": effect.parameter(name).default for name in effect.amplitudes})
         else:
             whole = whole.add(effect.reference)
             own = {effect.strength_key: effect.typical}

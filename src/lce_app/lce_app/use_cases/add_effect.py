@@ -81,8 +81,8 @@ def add_effect(
     drive = CompareOptions(drive=addition.model.fit["drive"])
     models = {"as given": addition.given, "refitted": addition.before, f"with {chosen.name}": addition.model}
     compared = {label: compare(model, every, drive) for label, model in models.items()}
-    tables = addition_tables(addition, chosen, compared, held_out)
-    strength = strength_by_run(chosen, addition.strength_by_run)
+    tables = addition_tables(addition, compared, held_out)
+    strength = strength_by_run(chosen.name, addition.amplitude, addition.strength_by_run)
     if report_file:
         write_atomically(report_file, render_addition(addition, tables, strength, compared, held_out))
     save_model(addition.model, out)

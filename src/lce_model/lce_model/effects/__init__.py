@@ -37,6 +37,7 @@ class Effect(Term):
     meaning : what it does, in one line; the first line of the docstring if a user's file gives none.
     strength : name of the parameter that turns it on.
     null : its value at which nothing changes.
+    acting_alone : other parameters that act even where the strength is at its null value, unless at their defaults.
     typical : a value at which the effect can be seen.
     grid : for each other parameter that the diagnosis has to try out, its values.
     in_durations : of those, the times whose values are shares of the duration of the longest recording.
@@ -51,6 +52,7 @@ class Effect(Term):
     meaning: str = ""
     strength: str
     null: float = 0.0
+    acting_alone: tuple[str, ...] = ()
     typical: float
     grid: tuple[tuple[str, tuple[float, ...]], ...] = ()
     in_durations: tuple[str, ...] = ()
@@ -63,7 +65,7 @@ class Effect(Term):
         # super() does not work in a dataclass with slots.
         Term.__post_init__(self)
         names = [p.name for p in self.parameters]
-        for name in (self.strength, *(key for key, _ in self.grid), *self.in_durations):
+        for name in (*self.amplitudes, *(key for key, _ in self.grid), *self.in_durations):
             if name not in names:
                 raise LceError(
                     f"effect {self.name}: no parameter {name!r}{did_you_mean(name, names)}; it has {', '.join(names)}"
@@ -88,6 +90,11 @@ class Effect(Term):
         """The grid for recordings of ``duration_s`` [s], each value in the unit of its parameter."""
         scale = dict.fromkeys(self.in_durations, duration_s)
         return {name: tuple(x * scale.get(name, 1.0) for x in values) for name, values in self.grid}
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """Parameters each of which can turn it on: the strength, and those that act alone."""
+        return self.strength, *self.acting_alone
 
     @property
     def at_default_only(self) -> tuple[str, ...]:
@@ -123,11 +130,6 @@ class Effect(Term):
     def strength_key(self) -> str:
         """TERM.PARAM of the strength."""
         return f"{self.name}.{self.strength}"
-
-    @property
-    def one_sided(self) -> bool:
-        """Is the null value the end of the strength's range?"""
-        return self.parameter(self.strength).lower >= self.null
 
 
 @cache

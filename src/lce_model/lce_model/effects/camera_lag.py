@@ -70,6 +70,7 @@ EFFECT = Effect(
     start=start,
     step=step,
     strength="tau",
+    acting_alone=("delay",),
     typical=0.3,
     step_sizes=(0.05,),
     place=1,

@@ -23,7 +23,7 @@ def step(light: float, curvature: float, p_th: float) -> float:
 EFFECT = Effect(
     name="laser_saturation",
     title="laser saturation",
-    meaning="at high power the laser gives less than it is asked for",
+    meaning="the laser gives less than it is asked for: at high power, or below a threshold",
     stage="light",
     equation="P_L = (1 - exp(-c max(P - P_th, 0)))/c, c = 1/P_s",
     parameters=(
@@ -33,6 +33,7 @@ EFFECT = Effect(
     outputs=("light",),
     step=step,
     strength="curvature",
+    acting_alone=("p_th",),
     typical=0.1,
     place=-1,
 )

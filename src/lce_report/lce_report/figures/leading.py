@@ -13,7 +13,7 @@ import numpy as np
 from lce_analysis.diagnosis.linearized_fit import spans
 from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import channel_named
-from lce_model.effects import Effect
+from lce_model.terms import Parameter
 from lce_report.blocks import Block, Curve, Figure, Grid, Intervals, Lines
 from lce_report.figures.axes import TIME, residual_axis
 from lce_report.tables import NOTHING, estimate, leading, outcome
@@ -75,13 +75,13 @@ def leading_candidates(found: Diagnosis) -> tuple[LeadingCandidate, ...]:
 
 
 def strength_by_run(
-    effect: Effect, by_run: Mapping[str, Estimate | None], common: Estimate | None = None
+    effect: str, amplitude: Parameter, by_run: Mapping[str, Estimate | None], common: Estimate | None = None
 ) -> StrengthByRun:
-    """The strengths of an effect as plain values."""
+    """The strengths of an effect as plain values; ``amplitude`` is the parameter that is reported as its strength."""
     return StrengthByRun(
-        name=effect.strength_key,
-        unit=effect.parameter(effect.strength).unit,
-        null=effect.null,
+        name=f"{effect}.{amplitude.name}",
+        unit=amplitude.unit,
+        null=amplitude.default,
         runs=list(by_run),
         by_run=[_pair(e) for e in by_run.values()],
         common=_pair(common),
@@ -135,7 +135,7 @@ def _leading(c: Candidate, trial: Trial, runs: Sequence[str]) -> LeadingCandidat
     strength = None
     if trial.strengths is not None:
         by_run = dict(zip(runs, trial.strengths.by_run, strict=True))
-        strength = strength_by_run(c.effect, by_run, trial.strengths.overall)
+        strength = strength_by_run(c.effect.name, c.amplitude, by_run, trial.strengths.overall)
     return LeadingCandidate(
         effect=c.effect.name,
         meaning=c.effect.meaning.removesuffix("."),
