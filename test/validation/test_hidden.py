@@ -27,7 +27,7 @@ from lce_analysis.diagnosis import diagnose
 from lce_analysis.identification import fit
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.run import Run, Series
-from lce_model import default_model
+from lce_model import Model, default_model
 from lce_model.effects import library
 
 HERE = Path(__file__).parents[2] / "validation" / "hidden"
@@ -101,14 +101,30 @@ def test_in_the_independent_strip_hides_what_happens_outside_of_it() -> None:
     assert not set(family.own) & set(family.may_hide)
 
 
-def test_a_loss_that_bears_what_else_is_missing_is_named_although_more_is_left_than_noise() -> None:
-    """The independent strip loses heat by convection, along its length and by turning; its camera lags."""
+@pytest.fixture(scope="module")
+def late_strip() -> tuple[Model, list[Run], list[Run]]:
+    """The independent strip loses heat by convection, into its clamp and by turning; its camera lags."""
     train, test = campaign(Case("independent", ("camera_lag",), "clear", 5))
-    found = diagnose(fit(default_model("lumped", "none"), train).model, train, test)
+    return fit(default_model("lumped", "none"), train).model, train, test
+
+
+def test_a_loss_that_bears_what_else_is_missing_is_named_although_more_is_left_than_noise(
+    late_strip: tuple[Model, list[Run], list[Run]],
+) -> None:
+    effects = [effect for effect in library().values() if effect.name != "camera_lag"]
+    found = diagnose(*late_strip, effects)
     assert found.as_json()["added"] == ["natural_convection"]
     before, after = (found.test.misfit[column].rms[TEMPERATURE] for column in ("before", "after"))
     assert before > 2.0 * after > 2.0 * 1.2
     assert {c.effect.name for c in found.candidates if c.reason.startswith("it removes a part")} >= {"latent_heat"}
+
+
+def test_a_lag_is_found_behind_what_a_strip_has_of_its_own(late_strip: tuple[Model, list[Run], list[Run]]) -> None:
+    found = diagnose(*late_strip)
+    added = found.as_json()["added"]
+    assert added[0] == "natural_convection" and "camera_lag" in added
+    assert set(added) <= {"camera_lag", *FAMILIES["independent"].own}
+    assert found.test.misfit["before"].rms[TEMPERATURE] > 3.0 * found.test.misfit["after"].rms[TEMPERATURE]
 
 
 def test_a_loss_of_another_form_is_not_named_where_it_leaves_a_little_more_than_noise() -> None:
