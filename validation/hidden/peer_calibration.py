@@ -189,7 +189,7 @@ def starts(before: Calibrated, after: Problem, effect: Effect) -> list[Floats]:
 def settings(effect: Effect, duration_s: float) -> Iterator[dict[str, float]]:
     """Where the parameters of an effect start: every value of its grid, several strengths, both signs."""
     names = [f"{effect.name}.{name}" for name, _ in effect.grid]
-    sides = (1.0,) if effect.one_sided else (1.0, -1.0)
+    sides = (1.0,) if effect.parameter(effect.strength).lower >= effect.null else (1.0, -1.0)
     for values in itertools.product(*effect.grid_of(duration_s).values()):
         for part, side in itertools.product(STRENGTHS, sides):
             strength = effect.null + part * side * (effect.typical - effect.null)
