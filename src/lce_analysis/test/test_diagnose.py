@@ -141,10 +141,10 @@ def test_what_acts_without_the_strength_of_its_effect_is_named_and_told(key: str
     assert [s.added for s in found.steps] == [name]
     (step,) = found.as_json()["steps"]
     assert found.test.misfit["after"].rms[TEMPERATURE] == pytest.approx(1.0, abs=0.1)
-    if step["strength_of"] == key:
-        assert found.steps[0].trial.amplitude.name == parameter
-        for value, error in step["strength_by_run"].values():
-            assert abs(value - found.model[key]) < 5.0 * error
+    assert step["strength_of"] == key
+    assert found.steps[0].trial.amplitude.name == parameter
+    for value, error in step["strength_by_run"].values():
+        assert abs(value - found.model[key]) < 5.0 * error
 
 
 def test_an_effect_is_not_rejected_for_a_strength_that_only_a_poor_minimum_gives() -> None:

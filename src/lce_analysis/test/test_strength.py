@@ -102,7 +102,7 @@ def test_correlated_residuals_make_errors_larger(alike: LinearizedFit) -> None:
 
 def test_runs_beyond_their_errors_are_weighed_alike() -> None:
     one = Estimate(1.0, 0.1)
-    exact, scattered = (Strengths(RATE, one, 1.0, 1.0, (one, Estimate(x, 0.2), None)) for x in (1.05, 3.0))
+    exact, scattered = (Strengths("rate", one, 1.0, 1.0, (one, Estimate(x, 0.2), None)) for x in (1.05, 3.0))
     assert exact.spread == 0.0
     assert exact.mean.value == pytest.approx((1.0 / 0.01 + 1.05 / 0.04) / (1.0 / 0.01 + 1.0 / 0.04))
     assert exact.mean.standard_error == pytest.approx((1.0 / 0.01 + 1.0 / 0.04) ** -0.5)
@@ -114,6 +114,6 @@ def test_runs_beyond_their_errors_are_weighed_alike() -> None:
 def test_a_single_run_gives_the_strength_of_all() -> None:
     one = Estimate(1.0, 0.1)
     for by_run in ((one,), (one, None), (None, None)):
-        alone = Strengths(RATE, one, 1.0, 1.0, by_run)
+        alone = Strengths("rate", one, 1.0, 1.0, by_run)
         assert alone.mean is one
         assert alone.spread == 0.0

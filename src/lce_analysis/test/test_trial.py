@@ -55,7 +55,7 @@ def _held_out(before: dict[Channel, float], after: dict[Channel, float], **judge
 
 def _strengths(*by_run: float, error: float = 0.005, overall: float = 0.1, inflation: float = 1.0) -> Strengths:
     each = tuple(Estimate(x, error) for x in by_run)
-    return Strengths(CREEP.strength_key, Estimate(overall, error), inflation, 1.0, each)
+    return Strengths(CREEP.strength, Estimate(overall, error), inflation, 1.0, each)
 
 
 STAGE = StageProblem("deformation", _fit(5.0, 0.0), (CREEP,), "model")
@@ -274,6 +274,16 @@ def test_a_second_start_without_a_slope_is_where_the_effect_leaves_least() -> No
     there = effect_alone(stage, score).model
     assert 1.0 / there[clip.strength_key] == pytest.approx(60.0, abs=0.3)
     assert there.set({clip.strength_key: 0.0}) == stage.fit.problem.model
+
+
+def test_the_sizes_of_the_strength_are_not_tried_on_a_parameter_that_acts_alone() -> None:
+    lag = replace(find("camera_lag"), step_sizes=(0.05, 0.2))
+    fit = _fit(5.0, 0.0)
+    problem = replace(fit.problem, model=fit.problem.model.add(lag.name))
+    stage = replace(STAGE, fit=replace(fit, problem=problem))
+    score = replace(SCORE, effect=lag, direction=Direction(lag, lag.parameter("delay"), {}, 5e-5))
+    there = effect_alone(stage, score).model
+    assert (there["camera_lag.delay"], there["camera_lag.tau"]) == (SCORE.expected_strength, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -226,9 +226,9 @@ ByRun = tuple[str, str, Estimate | None, Mapping[str, Estimate | None]]
 
 def _by_run(candidate: Candidate, runs: Sequence[str]) -> ByRun:
     assert candidate.trial is not None and candidate.trial.strengths is not None
-    found = candidate.trial.strengths
+    found, amplitude = candidate.trial.strengths, candidate.amplitude
     by_run = dict(zip(runs, found.by_run, strict=True))
-    return found.parameter, candidate.amplitude.unit, found.overall, by_run
+    return f"{candidate.effect.name}.{amplitude.name}", amplitude.unit, found.overall, by_run
 
 
 def _strengths(found: Sequence[ByRun]) -> Table:

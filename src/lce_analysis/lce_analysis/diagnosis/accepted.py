@@ -7,11 +7,10 @@ from typing import Self
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.misfit import Misfit, reduction
-from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem
-from lce_analysis.diagnosis.strength import Strengths, strengths_of
+from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import Trial
 from lce_analysis.diagnosis.variation import VariationTrial
-from lce_model.effects import Effect
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class Step(Change):
         trial = replace(self.trial, held_out=held_out)
         before, after = without.stage(trial.stage.part), with_it.stage(trial.stage.part)
         if before is not None and after is not None and set(before.channels) <= set(after.channels):
-            found = strengths_in(after, trial.effect)
+            found = strengths_of(after.fit, trial.effect)
             if found is not None:
                 trial = replace(trial, stage=before, fit=after.fit, gain=gained(before.fit, after.fit), strengths=found)
         return replace(step, trial=trial)
@@ -100,8 +99,3 @@ class Step(Change):
 
 Accepted = Step | VariationStep
 """A change of the model that was accepted."""
-
-
-def strengths_in(stage: StageProblem, effect: Effect) -> Strengths | None:
-    """The strength of an effect that a part of the model has; None if it has none: one that acts back on the heat."""
-    return strengths_of(stage.fit, effect)

@@ -7,10 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep, strengths_in
+from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of, share_removed
 from lce_analysis.diagnosis.stage_problem import StagedFit
+from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
 from lce_analysis.identification.by_run import may_vary
 from lce_analysis.identification.stages import acts_on_temperature
@@ -186,7 +187,7 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
     if last.trial.stage.part != "heat" or stage is None:
         return False
     options, left = chain.options, max(stage.fit.mean_squares.values())
-    found = strengths_in(stage, last.trial.effect) if left <= options.near**2 else None
+    found = strengths_of(stage.fit, last.trial.effect) if left <= options.near**2 else None
     if found is None:
         return False
     anywhere = 0.0 if left <= options.explained**2 else (left - NOISE) * found.samples_per_block

@@ -44,7 +44,7 @@ class Estimate:
 class Strengths:
     """The strength of an effect beyond its null value.
 
-    parameter : which one it is, TERM.PARAM.
+    parameter : name of the parameter that is the strength here.
     overall : from all runs together.
     inflation : squared standard error over that which white noise of the sensors alone would give.
     samples_per_block : residuals that the standard errors take together; a constant one is inflated by so much.
@@ -85,7 +85,7 @@ class Strengths:
 def strengths_of(fit: LinearizedFit, effect: Effect) -> Strengths | None:
     """Strengths of an effect in a fit that stands at its optimum, of the parameter that does most of what it does.
 
-    None if the strength is not free there.
+    None if the strength is not free there: of an effect that acts back on the heat, where the heat is alone.
     """
     problem = fit.problem
     place = {problem.model.values[i].key: j for j, i in enumerate(problem.free)}
@@ -123,8 +123,8 @@ def strengths(fit: LinearizedFit, column: int, held: Sequence[int] = ()) -> Stre
     found = [Estimate(value + slope * float(step[first + i]), slope * float(errors[first + i])) for i in range(runs)]
     by_run = tuple(e if np.isfinite(e.standard_error) and e.standard_error > 0.0 else None for e in found)
     overall = Estimate(value, slope * float(shared[-1]))
-    key = fit.problem.model.values[position].key
-    return Strengths(key, overall, float(inflation[-1]), own.size / np.unique(blocks).size, by_run)
+    name = fit.problem.model.values[position].parameter.name
+    return Strengths(name, overall, float(inflation[-1]), own.size / np.unique(blocks).size, by_run)
 
 
 def _blocks(fit: LinearizedFit) -> NDArray[np.intp]:

@@ -63,8 +63,7 @@ class Trial:
     @property
     def amplitude(self) -> Parameter:
         """The parameter that does most of what the effect does: its strength, or one that acts alone."""
-        key = self.strengths.parameter if self.strengths else self.effect.strength_key
-        return self.effect.parameter(key.removeprefix(f"{self.effect.name}."))
+        return self.effect.parameter(self.strengths.parameter if self.strengths else self.effect.strength)
 
     @property
     def strength(self) -> float:
@@ -124,7 +123,7 @@ def effect_alone(stage: StageProblem, score: Score) -> Problem:
     def at(strength: float) -> Problem:
         return replace(base, model=base.model.set(score.direction.at(strength)))
 
-    if len(effect.step_sizes) == 1:
+    if len(effect.step_sizes) == 1 or score.direction.amplitude.name != effect.strength:
         return at(score.expected_strength)
     tried = sorted({effect.null, score.expected_strength, *(effect.null + size for size in effect.step_sizes)})
     errors = [_squared_error(at(strength)) for strength in tried]

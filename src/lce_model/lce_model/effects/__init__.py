@@ -98,8 +98,8 @@ class Effect(Term):
 
     @property
     def at_default_only(self) -> tuple[str, ...]:
-        """Parameters beside the strength that the score test leaves at their defaults: free ones without a grid."""
-        tried = {self.strength, *(name for name, _ in self.grid)}
+        """Parameters that the score test leaves at their defaults: free ones that do not act alone, without a grid."""
+        tried = {*self.amplitudes, *(name for name, _ in self.grid)}
         return tuple(p.name for p in self.parameters if p.name not in tried and not p.fixed)
 
     def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Effect":
