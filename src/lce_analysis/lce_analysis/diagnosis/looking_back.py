@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was accepted has to prove itself once more beside what came after it: take back what does not."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from lce_analysis.identification.by_run import may_vary
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
-from lce_data.channels import TEMPERATURE
+from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model
 
 
@@ -158,10 +159,11 @@ def _explained(chain: Chain, last: Step) -> bool:
     parameter of the base being one for all, it has to take nearly all.
     """
     options, stage = chain.options, last.trial.stage
+    present = chain.present.stage(stage.part)
+    left = {} if present is None else present.fit.mean_squares
     if not chain.present.model.varies:
         errors = last.held_out.errors
-        return _explains(last, errors.judged_before, errors.judged_after, options)
-    present = chain.present.stage(stage.part)
+        return _explains(last, errors.judged_before, errors.judged_after, options, left)
     if present is not None and not may_vary(present.fit.problem):
         options = replace(options, most=options.nearly_all)
     without = chain.refitted_part(chain.present.model.without(last.trial.effect.reference), stage.part)
@@ -171,7 +173,7 @@ def _explained(chain: Chain, last: Step) -> bool:
         errors = tested.errors
         if reduction(errors.judged_before, errors.judged_after, stage.channels) < options.most:
             return False
-    return _explains(last, before, after, options)
+    return _explains(last, before, after, options, left)
 
 
 def _leaves_its_shape(chain: Chain, last: Step) -> bool:
@@ -225,19 +227,28 @@ def _without_difference(model: Model, key: str) -> Model:
     return model.varying({k: v for k, v in model.varies.items() if k != key})
 
 
-def _explains(last: Accepted, before: Misfit, after: Misfit, options: DiagnoseOptions) -> bool:
+def _explains(
+    last: Accepted,
+    before: Misfit,
+    after: Misfit,
+    options: DiagnoseOptions,
+    left: Mapping[Channel, float] = MappingProxyType({}),
+) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
     If not, it stands in for something else, that the library or the base model lacks. A sensor that was at its noise
-    before does not count: a joint refit moves the temperature a little, whatever the effect. Where the heat is not
-    explained, and the measured temperature drives the deformation, the effect has to bring the displacement near its
-    noise.
+    before does not count, nor the temperature if the effect does nothing to it: a joint refit moves it a little,
+    whatever the effect. Where the heat is not explained, and the measured temperature drives the deformation, the
+    effect has to bring the displacement near its noise.
+
+    left : mean squared errors that the model leaves in the runs that it was fitted to, where others are compared.
     """
     driven = last.trial.stage.drive == "measured"
-    channels = (c for c in last.trial.stage.channels if c in before.total)
+    untouched = TEMPERATURE if isinstance(last, Step) and not acts_on_temperature(last.trial.effect) else None
+    channels = (c for c in last.trial.stage.channels if c in before.total and c is not untouched)
     for channel in (c for c in channels if before.above_noise(c) > options.worth_noise):
         fall = before.mean_square(channel) - after.mean_square(channel)
-        close = after.mean_square(channel) <= options.near**2
+        close = max(after.mean_square(channel), left.get(channel, 0.0)) <= options.near**2
         needed = options.most if close and not driven else options.nearly_all
         share = share_removed(before, after, channel)
         if fall > options.worth_noise and share >= needed and (close or not driven):

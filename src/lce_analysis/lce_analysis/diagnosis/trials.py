@@ -9,6 +9,7 @@ from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gained, refit, samples
+from lce_analysis.diagnosis.misfit import NOISE
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import strengths_of
@@ -84,19 +85,28 @@ class Trials:
         self.tried[trial.effect.name] = replace(trial, objection=reason)
 
     def alias_set(self, best: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
-        """The effects that explain the same: refitted nearly as well, or collinear and never refitted."""
+        """The effects that explain the same: refitted nearly as well, or collinear and never refitted.
+
+        What the base model lacks beside them decides between two that are collinear and differ by less than that.
+        """
         inflation = best.strengths.inflation if best.strengths else 1.0
         threshold = 2.0 * math.log(self.options.min_likelihood_ratio) * inflation
+        beyond_noise = best.fit.error - NOISE * sum(samples(best.fit.problem.observed).values())
+        collinear = self.aliases[best.effect.name]
         rivals = [t for t in trials if t.stage.part == best.stage.part and t.objection != "null"]
-        close = [t.effect.name for t in rivals if best.gain - t.gain < threshold]
+        close = [
+            t.effect.name
+            for t in rivals
+            if best.gain - t.gain < (max(threshold, beyond_noise) if t.effect.name in collinear else threshold)
+        ]
         refitted = {t.effect.name for t in trials}
-        collinear = [
+        never_refitted = [
             name
-            for name in self.aliases[best.effect.name]
+            for name in collinear
             if name not in refitted
             and self.scores[name].predicted_gain > self.options.alias_evidence * best.score.predicted_gain
         ]
-        return tuple(dict.fromkeys([best.effect.name, *close, *collinear]))
+        return tuple(dict.fromkeys([best.effect.name, *close, *never_refitted]))
 
     def _tested(self, stage: StageProblem) -> ScoreTestResult:
         """The score test of a stage; what it says of each effect is kept."""
