@@ -9,6 +9,7 @@ A figure is returned, neither shown nor saved: change its axes first if you like
 figure of a report.
 """
 
+import textwrap
 from collections.abc import Mapping
 from typing import Final
 
@@ -30,6 +31,8 @@ from lce_report.paper import COLOURS, SETTINGS, curves_of, draw_on
 
 COLUMN_IN, PANEL_IN = 3.2, 1.25
 """Width of a run, and height of a panel."""
+TITLE_CHARACTERS = 44
+"""Longest line above a panel of that width."""
 BARS: Final[Mapping[Column, Role]] = {"given": "quiet", "before": "before", "after": "after"}
 
 
@@ -119,4 +122,4 @@ def _strength(axes: Axes, candidate: LeadingCandidate) -> None:
     axes.set_xticks(np.arange(len(known)), [name for name, _ in known], rotation=30, ha="right")
     axes.margins(x=0.15)
     axes.set_ylabel(in_head(strength.name, strength.unit))
-    axes.set_title(candidate.outcome, fontsize=8, wrap=True)
+    axes.set_title(textwrap.fill(candidate.outcome, TITLE_CHARACTERS), fontsize=8)
