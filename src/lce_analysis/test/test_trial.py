@@ -8,20 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lce_analysis.diagnosis.held_out import HeldOut
+from lce_analysis.diagnosis.accepted import Step
+from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
-from lce_analysis.diagnosis.looking_back import bends_the_heat
-from lce_analysis.diagnosis.misfit import Misfit, Pair
+from lce_analysis.diagnosis.looking_back import _explains, bends_the_heat
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Estimate, Strengths
 from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, goes_far, objection, penalty, with_effect
+from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.diagnosis.words import _gets_worse
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import Sampling
-from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
+from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Channel
 from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_data.units import KELVIN
@@ -296,3 +298,50 @@ def test_an_effect_goes_far_if_it_takes_or_promises_a_quarter_of_what_is_above_t
 ) -> None:
     trial = Trial(STAGE, replace(SCORE, predicted_reduction=promised), _fit(left), gain=1.0)
     assert goes_far(trial, OPTIONS) is far
+
+
+@pytest.mark.parametrize(
+    ("left", "alike", "alias_set"),
+    [
+        (1.0, True, ("creep",)),
+        (1.6, True, ("creep", "backlash")),
+        (1.6, False, ("creep",)),
+    ],
+    ids=["the base explains all else", "the base lacks more than lies between them", "of another shape"],
+)
+def test_two_effects_of_one_shape_are_told_apart_by_more_than_what_the_base_lacks(
+    left: float, alike: bool, alias_set: tuple[str, ...]
+) -> None:
+    """Both are refitted, and the better one leads by 300 of a squared error; the noise makes 1000 of it."""
+    best = replace(GOOD, fit=_fit(left), gain=4000.0)
+    rival = replace(GOOD, score=replace(SCORE, effect=find("backlash")), gain=3700.0, objection="varies")
+    trials = Trials(LIBRARY, DataLeftOut(JudgedRuns.of([]), JudgedRuns.of([]), silent), OPTIONS, silent)
+    trials.aliases["creep"] = ("backlash",) if alike else ()
+    assert trials.alias_set(best, [best, rival]) == alias_set
+
+
+@pytest.mark.parametrize(
+    ("effect", "after", "left", "explained"),
+    [
+        ("creep", 1.9, 3.0, True),
+        ("creep", 1.9, 7.0, False),
+        ("creep", 3.7, 3.0, True),
+        ("creep", 4.5, 3.0, False),
+        ("order_dependent_absorption", 4.5, 3.0, True),
+    ],
+    ids=[
+        "near the noise everywhere",
+        "in the runs not",
+        "most is enough near the noise",
+        "far from it",
+        "the temperature, that it acts on, comes to its noise",
+    ],
+)
+def test_the_last_effect_takes_most_of_a_sensor_that_it_acts_on(
+    effect: str, after: float, left: float, explained: bool
+) -> None:
+    trial: Any = SimpleNamespace(stage=SimpleNamespace(channels=SENSORS, drive="model"), effect=find(effect))
+    unused: Any = None
+    last = Step(unused, unused, unused, unused, trial, (effect,))
+    before, now = ({TEMPERATURE: 1.1, DISPLACEMENT: 8.0}, {TEMPERATURE: 0.97, DISPLACEMENT: after})
+    assert _explains(last, _misfit(before), _misfit(now), OPTIONS, {DISPLACEMENT: left}) is explained
