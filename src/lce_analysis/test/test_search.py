@@ -126,7 +126,7 @@ def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -
     while (trial := variation_trial(search.present.heat[0], search.left_out, search.options, silent)) is not None:
         search.accept(search._variation_step(trial))
     search.accept(search._step(search.trials.of(find("camera_lag"), search.present.heat), ("camera_lag",)))
-    keep_what_explains(search, 0)
+    keep_what_explains(search, heat=True)
     assert set(search.present.model.varies) == {"lumped.gain", "lumped.tau", "ambient.t_env"}
     assert [step.added for step in search.steps] == ["camera_lag"]
 

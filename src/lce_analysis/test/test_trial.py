@@ -321,27 +321,30 @@ def test_two_effects_of_one_shape_are_told_apart_by_more_than_what_the_base_lack
 
 
 @pytest.mark.parametrize(
-    ("effect", "after", "left", "explained"),
+    ("effect", "after", "runs", "explained"),
     [
-        ("creep", 1.9, 3.0, True),
-        ("creep", 1.9, 7.0, False),
-        ("creep", 3.7, 3.0, True),
-        ("creep", 4.5, 3.0, False),
-        ("order_dependent_absorption", 4.5, 3.0, True),
+        ("creep", 1.9, (8.0, 3.0), True),
+        ("creep", 1.9, (18.0, 7.0), False),
+        ("creep", 1.9, (5.0, 3.0), False),
+        ("creep", 3.7, (8.0, 3.0), True),
+        ("creep", 4.5, (8.0, 3.0), False),
+        ("order_dependent_absorption", 4.5, (8.0, 3.0), True),
     ],
     ids=[
         "near the noise everywhere",
         "in the runs not",
+        "in the runs not most",
         "most is enough near the noise",
         "far from it",
         "the temperature, that it acts on, comes to its noise",
     ],
 )
 def test_the_last_effect_takes_most_of_a_sensor_that_it_acts_on(
-    effect: str, after: float, left: float, explained: bool
+    effect: str, after: float, runs: tuple[float, float], explained: bool
 ) -> None:
     trial: Any = SimpleNamespace(stage=SimpleNamespace(channels=SENSORS, drive="model"), effect=find(effect))
     unused: Any = None
     last = Step(unused, unused, unused, unused, trial, (effect,))
     before, now = ({TEMPERATURE: 1.1, DISPLACEMENT: 8.0}, {TEMPERATURE: 0.97, DISPLACEMENT: after})
-    assert _explains(last, _misfit(before), _misfit(now), OPTIONS, {DISPLACEMENT: left}) is explained
+    of_runs = {TEMPERATURE: 1.2, DISPLACEMENT: runs[0]}, {TEMPERATURE: 0.99, DISPLACEMENT: runs[1]}
+    assert _explains(last, _misfit(before), _misfit(now), OPTIONS, of_runs) is explained

@@ -11,7 +11,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
+from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.stage_problem import Data, Part, StagedFit, carried, refit_stages, with_candidates
@@ -30,7 +30,7 @@ from lce_data.run import Run
 from lce_model import Model, Variation
 from lce_model.effects import Effect
 
-Kind = TypeVar("Kind", Step, VariationStep)
+Kind = TypeVar("Kind", bound=Change)
 FINE: Final = 15
 """Iterations of a refit on every sample, at most: it begins at the optimum of the finer grid, close to its own."""
 OTHER_STARTS: Final = (1, 2)
@@ -84,9 +84,9 @@ class Chain:
         """The parameters found to differ from run to run."""
         return [a for a in self.accepted if isinstance(a, VariationStep)]
 
-    def since(self, began: int, kind: type[Kind]) -> list[Kind]:
-        """What was accepted since, of one kind."""
-        return [a for a in self.accepted[began:] if isinstance(a, kind)]
+    def of_part(self, heat: bool, kind: type[Kind]) -> list[Kind]:
+        """What was accepted of one kind, found in the heat or behind it."""
+        return [a for a in self.accepted if isinstance(a, kind) and (a.trial.stage.part == "heat") is heat]
 
     def varies(self) -> dict[str, Variation]:
         """What differs from run to run in the present model, with standard errors of the values of each run."""

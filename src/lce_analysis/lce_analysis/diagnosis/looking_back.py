@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was accepted has to prove itself once more beside what came after it: take back what does not."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from types import MappingProxyType
 
 import numpy as np
 
-from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
+from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
-from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of, share_removed
+from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
@@ -22,17 +21,17 @@ from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model
 
 
-def keep_what_explains(chain: Chain, began: int) -> None:
-    """Keep, of what was accepted since ``began``, what explains most of what one part of the model left.
+def keep_what_explains(chain: Chain, heat: bool) -> None:
+    """Keep, of what was accepted in the heat or behind it, what explains most of what that part of the model left.
 
     Parameters that differ from run to run stay only if all of them together do.
     """
-    _take_back_needless_differences(chain, began)
-    _take_back_parts(chain, began)
-    if chain.since(began, VariationStep) and not _differences_explain(chain, began):
-        for step in reversed(chain.since(began, VariationStep)):
+    _take_back_needless_differences(chain, heat)
+    _take_back_parts(chain, heat)
+    if chain.of_part(heat, VariationStep) and not _differences_explain(chain, heat):
+        for step in reversed(chain.of_part(heat, VariationStep)):
             _take_out_difference(chain, step, chain.refitted(_without_difference(chain.present.model, step.key)))
-        _take_back_parts(chain, began)
+        _take_back_parts(chain, heat)
 
 
 def take_back_superfluous(chain: Chain) -> None:
@@ -47,10 +46,10 @@ def take_back_superfluous(chain: Chain) -> None:
         chain.take_out(step, without, partial(Model.without, effect=reference))
 
 
-def take_back_harmful(chain: Chain) -> None:
-    """Take back effects, the last first, until the final tables bear the last one out."""
-    while chain.steps and not helped(chain.steps[-1], chain.options):
-        chain.take_back(chain.steps[-1], "worse")
+def take_back_refuted(chain: Chain) -> None:
+    """Take back effects, the last of a part first, until the final tables bear that one out."""
+    while refuted := next(_refuted(chain), None):
+        chain.take_back(*refuted)
 
 
 def helped(step: Step, options: DiagnoseOptions) -> bool:
@@ -71,13 +70,23 @@ def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
     return after.mean_square(TEMPERATURE) > (1.0 + options.worse) * before.mean_square(TEMPERATURE)
 
 
-def _take_back_needless_differences(chain: Chain, began: int) -> None:
+def _refuted(chain: Chain) -> Iterator[tuple[Step, Objection]]:
+    """The last effect of each part of the model that the final tables do not bear out, and why."""
+    for heat in (False, True):
+        effects = chain.of_part(heat, Step)
+        for last in effects[-1:]:
+            reason = _stands_in(chain, last) if helped(last, chain.options) else "worse"
+            if reason and not (reason == "part" and last.added in _bearing(chain, effects)):
+                yield last, reason
+
+
+def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
     """Take back what differs from run to run only because an effect was still missing.
 
     A run that does not begin at the ambient temperature of all has a start of its own. Where it has an ambient
     temperature of its own instead, taking that back makes nothing simpler, and it stays.
     """
-    for step in [a for a in chain.accepted[began:-1] if isinstance(a, VariationStep)]:
+    for step in [s for s in chain.of_part(heat, Change)[:-1] if isinstance(s, VariationStep)]:
         part = step.trial.stage.part
         model = _without_difference(chain.present.model, step.key)
         without = chain.refitted_part(model, part)
@@ -92,19 +101,19 @@ def _take_back_needless_differences(chain: Chain, began: int) -> None:
         _take_out_difference(chain, step, chain.refitted(model))
 
 
-def _take_back_parts(chain: Chain, began: int) -> None:
+def _take_back_parts(chain: Chain, heat: bool) -> None:
     """Take back effects of this part of the model, the last first, until the last explains most.
 
     One that bears the others stays, although by itself it may leave as much as something else would.
     """
     bearing: frozenset[str] | None = None
-    while (effects := chain.since(began, Step)) and (reason := _stands_in(chain, effects[-1])):
+    while (effects := chain.of_part(heat, Step)) and (reason := _stands_in(chain, effects[-1])):
         if bearing is None:
             bearing = _bearing(chain, effects)
         if reason == "part" and effects[-1].added in bearing:
             return
         chain.drop(effects[-1], reason)
-        _take_back_needless_differences(chain, began)
+        _take_back_needless_differences(chain, heat)
 
 
 def _bearing(chain: Chain, effects: Sequence[Step]) -> frozenset[str]:
@@ -133,9 +142,9 @@ def _bears_the_others(chain: Chain, step: Step) -> bool:
     )
 
 
-def _differences_explain(chain: Chain, began: int) -> bool:
+def _differences_explain(chain: Chain, heat: bool) -> bool:
     """Do all parameters that differ from run to run together take most of what would be left without them?"""
-    steps = chain.since(began, VariationStep)
+    steps = chain.of_part(heat, VariationStep)
     kept = {key: v for key, v in chain.present.model.varies.items() if key not in {s.key for s in steps}}
     without = chain.refitted_part(chain.present.model.varying(kept), steps[-1].trial.stage.part)
     before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
@@ -154,16 +163,15 @@ def _stands_in(chain: Chain, last: Step) -> Objection:
 def _explained(chain: Chain, last: Step) -> bool:
     """Does the last effect take most of what would be left without it?
 
-    Where nothing differs from run to run, on data left out; else of the runs, with what differs on either side.
-    Then it has to take most of the error of the runs held out as well. Where each run has a model of its own, no
+    Where nothing differs from run to run, on data left out and in the runs; else of the runs, with what differs on
+    either side, and of the error of the runs held out. Where each run has a model of its own, no
     parameter of the base being one for all, it has to take nearly all.
     """
     options, stage = chain.options, last.trial.stage
-    present = chain.present.stage(stage.part)
-    left = {} if present is None else present.fit.mean_squares
     if not chain.present.model.varies:
-        errors = last.held_out.errors
-        return _explains(last, errors.judged_before, errors.judged_after, options, left)
+        errors, runs = last.held_out.errors, (last.without.mean_squares, last.with_it.mean_squares)
+        return _explains(last, errors.judged_before, errors.judged_after, options, runs)
+    present = chain.present.stage(stage.part)
     if present is not None and not may_vary(present.fit.problem):
         options = replace(options, most=options.nearly_all)
     without = chain.refitted_part(chain.present.model.without(last.trial.effect.reference), stage.part)
@@ -173,7 +181,7 @@ def _explained(chain: Chain, last: Step) -> bool:
         errors = tested.errors
         if reduction(errors.judged_before, errors.judged_after, stage.channels) < options.most:
             return False
-    return _explains(last, before, after, options, left)
+    return _explains(last, before, after, options)
 
 
 def _leaves_its_shape(chain: Chain, last: Step) -> bool:
@@ -232,7 +240,7 @@ def _explains(
     before: Misfit,
     after: Misfit,
     options: DiagnoseOptions,
-    left: Mapping[Channel, float] = MappingProxyType({}),
+    runs: tuple[Mapping[Channel, float], Mapping[Channel, float]] | None = None,
 ) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
@@ -241,16 +249,18 @@ def _explains(
     whatever the effect. Where the heat is not explained, and the measured temperature drives the deformation, the
     effect has to bring the displacement near its noise.
 
-    left : mean squared errors that the model leaves in the runs that it was fitted to, where others are compared.
+    runs : mean squared errors before and after in the runs, of which the same is asked, where others are compared.
     """
     driven = last.trial.stage.drive == "measured"
     untouched = TEMPERATURE if isinstance(last, Step) and not acts_on_temperature(last.trial.effect) else None
     channels = (c for c in last.trial.stage.channels if c in before.total and c is not untouched)
     for channel in (c for c in channels if before.above_noise(c) > options.worth_noise):
-        fall = before.mean_square(channel) - after.mean_square(channel)
-        close = max(after.mean_square(channel), left.get(channel, 0.0)) <= options.near**2
+        judged = [(before.mean_square(channel), after.mean_square(channel))]
+        if runs is not None and channel in runs[0]:
+            judged.append((runs[0][channel], runs[1][channel]))
+        close = max(x for _, x in judged) <= options.near**2
         needed = options.most if close and not driven else options.nearly_all
-        share = share_removed(before, after, channel)
-        if fall > options.worth_noise and share >= needed and (close or not driven):
+        most = all(a - b > options.worth_noise and share_of(a, b) >= needed for a, b in judged)
+        if most and (close or not driven):
             return True
     return False

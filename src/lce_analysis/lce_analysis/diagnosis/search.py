@@ -17,7 +17,7 @@ from lce_analysis.diagnosis.looking_back import (
     bends_the_heat,
     helped,
     keep_what_explains,
-    take_back_harmful,
+    take_back_refuted,
     take_back_superfluous,
 )
 from lce_analysis.diagnosis.misfit import Misfit, reduction_of
@@ -49,9 +49,13 @@ class Search(Chain):
         self._forward(heat=True)
         self._begin_deformation()
         self._forward(heat=False, given_up=given_up, may_differ=may_differ)
+        if self.of_part(False, VariationStep):
+            # What was found to differ beside the displacement may do what an effect of the heat seemed to.
+            for heat in (True, False):
+                keep_what_explains(self, heat)
         take_back_superfluous(self)
         self.finish()
-        take_back_harmful(self)
+        take_back_refuted(self)
 
     def force(self, effect: Effect) -> Step:
         """Accept this effect, whatever the data say of it; the objection of the step's trial is what they do."""
@@ -73,7 +77,6 @@ class Search(Chain):
         self, heat: bool, given_up: Callable[[Model], bool] = lambda _: False, may_differ: bool = True
     ) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
-        began = len(self.accepted)
         effects_left = True
         while len(self.steps) < self.options.max_effects:
             trials = self._far_reaching(heat) if effects_left else []
@@ -86,7 +89,7 @@ class Search(Chain):
             if found is None:
                 break
             self.accept(found)
-        keep_what_explains(self, began)
+        keep_what_explains(self, heat)
 
     def _begin_deformation(self) -> None:
         """Where the heat has changed and much is left of the displacement, identify the deformation from scratch.
