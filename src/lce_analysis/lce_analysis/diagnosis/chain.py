@@ -154,9 +154,10 @@ class Chain:
     def identified_anew(self, present: StagedFit) -> StagedFit | None:
         """The model identified from scratch, its deformation driven as it is judged; None if that explains no more.
 
-        It is identified once more where the first starts led no further.
+        Of the runs as recorded: with fewer samples of a fast movement another minimum may be the best. It is identified
+        once more where the first starts led no further.
         """
-        runs = [run_input.run for run_input in self.coarse.inputs]
+        runs = self.data.judged.runs
         for seed in OTHER_STARTS:
             options = FitOptions(drive=present.drive, seed=seed)
             found = self.refitted(rough_fit(present.model, runs, options, self.progress))

@@ -195,7 +195,7 @@ def _identified(deformation: str, search: Search) -> Model | None:
         return None
     heat = tuple(e for e in present.effects if acts_on_temperature(find(e)))
     other = carried(default_model(present.thermal, deformation, heat), present)
-    runs = [run_input.run for run_input in search.coarse.inputs]
+    runs = search.data.judged.runs
     try:
         found = identify(other, runs, QUICK, search.progress)
     except LceError:
