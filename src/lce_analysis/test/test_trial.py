@@ -345,6 +345,11 @@ def test_the_last_effect_takes_most_of_a_sensor_that_it_acts_on(
     trial: Any = SimpleNamespace(stage=SimpleNamespace(channels=SENSORS, drive="model"), effect=find(effect))
     unused: Any = None
     last = Step(unused, unused, unused, unused, trial, (effect,))
-    before, now = ({TEMPERATURE: 1.1, DISPLACEMENT: 8.0}, {TEMPERATURE: 0.97, DISPLACEMENT: after})
-    of_runs = {TEMPERATURE: 1.2, DISPLACEMENT: runs[0]}, {TEMPERATURE: 0.99, DISPLACEMENT: runs[1]}
-    assert _explains(last, _misfit(before), _misfit(now), OPTIONS, of_runs) is explained
+
+    def pair(temperature: tuple[float, float], displacement: tuple[float, float]) -> Pair:
+        before, now = (
+            _misfit({TEMPERATURE: t, DISPLACEMENT: d}) for t, d in zip(temperature, displacement, strict=True)
+        )
+        return Pair(before, now, before, now)
+
+    assert _explains(last, OPTIONS, pair((1.1, 0.97), (8.0, after)), pair((1.2, 0.99), runs)) is explained

@@ -13,7 +13,7 @@ import numpy as np
 
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
-from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
+from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
 from lce_analysis.diagnosis.stage_problem import Data, Part, StagedFit, carried, refit_stages, with_candidates
 from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.trials import Trials
@@ -102,6 +102,11 @@ class Chain:
     def misfit(self, model: Model, drive: Drive, judged: JudgedRuns | None = None) -> Misfit:
         """Errors of a model simulated beside the runs, or others."""
         return (self.data.judged if judged is None else judged).misfit(self.whole(model), drive)
+
+    def of_the_runs(self, without: Model) -> Pair:
+        """Errors in the runs of another model and of the present one, beside each other."""
+        models = self.whole(without), self.whole(self.present.model)
+        return self.data.judged.pair(*models, self.present.drive, SENSORS)
 
     def whole(self, model: Model) -> Model:
         """The model with all candidates at their null values, where they change nothing: it is compiled already."""

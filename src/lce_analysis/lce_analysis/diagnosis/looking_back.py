@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was accepted has to prove itself once more beside what came after it: take back what does not."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
-from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction, reduction_of, share_of
+from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, reduction_of, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
@@ -17,7 +17,7 @@ from lce_analysis.identification.by_run import may_vary
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
-from lce_data.channels import TEMPERATURE, Channel
+from lce_data.channels import TEMPERATURE
 from lce_model import Model
 
 
@@ -147,8 +147,7 @@ def _differences_explain(chain: Chain, heat: bool) -> bool:
     steps = chain.of_part(heat, VariationStep)
     kept = {key: v for key, v in chain.present.model.varies.items() if key not in {s.key for s in steps}}
     without = chain.refitted_part(chain.present.model.varying(kept), steps[-1].trial.stage.part)
-    before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
-    return _explains(steps[-1], before, after, chain.options)
+    return _explains(steps[-1], chain.options, chain.of_the_runs(without.model))
 
 
 def _stands_in(chain: Chain, last: Step) -> Objection:
@@ -164,24 +163,22 @@ def _explained(chain: Chain, last: Step) -> bool:
     """Does the last effect take most of what would be left without it?
 
     Where nothing differs from run to run, on data left out and in the runs; else of the runs, with what differs on
-    either side, and of the error of the runs held out. Where each run has a model of its own, no
-    parameter of the base being one for all, it has to take nearly all.
+    either side, and of the error of the runs held out. Where each run has a model of its own, no parameter of the base
+    being one for all, it has to take nearly all.
     """
     options, stage = chain.options, last.trial.stage
     if not chain.present.model.varies:
-        errors, runs = last.held_out.errors, (last.without.mean_squares, last.with_it.mean_squares)
-        return _explains(last, errors.judged_before, errors.judged_after, options, runs)
+        return _explains(last, options, last.held_out.errors, chain.of_the_runs(last.without.model))
     present = chain.present.stage(stage.part)
     if present is not None and not may_vary(present.fit.problem):
         options = replace(options, most=options.nearly_all)
     without = chain.refitted_part(chain.present.model.without(last.trial.effect.reference), stage.part)
-    before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
     tested = chain.left_out.on_test_runs(stage, without.model, chain.present.model)
     if tested is not None:
         errors = tested.errors
         if reduction(errors.judged_before, errors.judged_after, stage.channels) < options.most:
             return False
-    return _explains(last, before, after, options)
+    return _explains(last, options, chain.of_the_runs(without.model))
 
 
 def _leaves_its_shape(chain: Chain, last: Step) -> bool:
@@ -235,13 +232,7 @@ def _without_difference(model: Model, key: str) -> Model:
     return model.varying({k: v for k, v in model.varies.items() if k != key})
 
 
-def _explains(
-    last: Accepted,
-    before: Misfit,
-    after: Misfit,
-    options: DiagnoseOptions,
-    runs: tuple[Mapping[Channel, float], Mapping[Channel, float]] | None = None,
-) -> bool:
+def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
     If not, it stands in for something else, that the library or the base model lacks. A sensor that was at its noise
@@ -249,18 +240,16 @@ def _explains(
     whatever the effect. Where the heat is not explained, and the measured temperature drives the deformation, the
     effect has to bring the displacement near its noise.
 
-    runs : mean squared errors before and after in the runs, of which the same is asked, where others are compared.
+    judged : errors before and after of several data, each of which has to show it.
     """
     driven = last.trial.stage.drive == "measured"
     untouched = TEMPERATURE if isinstance(last, Step) and not acts_on_temperature(last.trial.effect) else None
-    channels = (c for c in last.trial.stage.channels if c in before.total and c is not untouched)
-    for channel in (c for c in channels if before.above_noise(c) > options.worth_noise):
-        judged = [(before.mean_square(channel), after.mean_square(channel))]
-        if runs is not None and channel in runs[0]:
-            judged.append((runs[0][channel], runs[1][channel]))
-        close = max(x for _, x in judged) <= options.near**2
+    channels = (c for c in last.trial.stage.channels if c in judged[0].judged_before.total and c is not untouched)
+    for channel in (c for c in channels if judged[0].judged_before.above_noise(c) > options.worth_noise):
+        errors = [(p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in judged]
+        close = max(after for _, after in errors) <= options.near**2
         needed = options.most if close and not driven else options.nearly_all
-        most = all(a - b > options.worth_noise and share_of(a, b) >= needed for a, b in judged)
-        if most and (close or not driven):
+        taken = all(a - b > options.worth_noise and share_of(a, b) >= needed for a, b in errors)
+        if taken and (close or not driven):
             return True
     return False
