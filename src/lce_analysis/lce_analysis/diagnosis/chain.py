@@ -47,6 +47,7 @@ class Chain:
     given : the model before any refit.
     base, present : the model refitted without any addition, and with what has been accepted.
     accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
+    bearing : names of effects that bear the others that were found, whether these have been kept or not.
     trials : what is known of every candidate.
     """
 
@@ -71,6 +72,7 @@ class Chain:
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.trials = Trials(len(self.candidates), self.left_out, options, progress)
         self.accepted: list[Accepted] = []
+        self.bearing: set[str] = set()
         self.present = self.refitted(model)
         self.base = self._no_worse(model, self._on_every_sample(self.present.model))
 

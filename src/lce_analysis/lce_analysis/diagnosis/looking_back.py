@@ -4,6 +4,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from operator import or_
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def _refuted(chain: Chain) -> Iterator[tuple[Step, Objection]]:
         effects = chain.of_part(heat, Step)
         for last in effects[-1:]:
             reason = _stands_in(chain, last) if helped(last, chain.options) else "worse"
-            if reason and not (reason == "part" and last.added in _bearing(chain, effects)):
+            if reason and not (reason == "part" and last.added in chain.bearing):
                 yield last, reason
 
 
@@ -106,11 +107,12 @@ def _take_back_parts(chain: Chain, heat: bool) -> None:
 
     One that bears the others stays, although by itself it may leave as much as something else would.
     """
-    bearing: frozenset[str] | None = None
+    looked = False
     while (effects := chain.of_part(heat, Step)) and (reason := _stands_in(chain, effects[-1])):
-        if bearing is None:
-            bearing = _bearing(chain, effects)
-        if reason == "part" and effects[-1].added in bearing:
+        if not looked:
+            chain.bearing |= _bearing(chain, effects)
+            looked = True
+        if reason == "part" and effects[-1].added in chain.bearing:
             return
         chain.drop(effects[-1], reason)
         _take_back_needless_differences(chain, heat)
@@ -240,7 +242,7 @@ def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
     whatever the effect. Where the heat is not explained, and the measured temperature drives the deformation, the
     effect has to bring the displacement near its noise.
 
-    judged : errors before and after of several data, each of which has to show it.
+    judged : errors before and after; those behind the first have to show it as well, unless they are explained.
     """
     driven = last.trial.stage.drive == "measured"
     untouched = TEMPERATURE if isinstance(last, Step) and not acts_on_temperature(last.trial.effect) else None
@@ -249,7 +251,8 @@ def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
         errors = [(p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in judged]
         close = max(after for _, after in errors) <= options.near**2
         needed = options.most if close and not driven else options.nearly_all
-        taken = all(a - b > options.worth_noise and share_of(a, b) >= needed for a, b in errors)
-        if taken and (close or not driven):
+        most = [a - b > options.worth_noise and share_of(a, b) >= needed for a, b in errors]
+        explained = [b <= options.explained**2 for _, b in errors]
+        if most[0] and all(map(or_, most, explained)) and (close or not driven):
             return True
     return False
