@@ -4,7 +4,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from operator import or_
 
 import numpy as np
 
@@ -252,7 +251,7 @@ def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
         close = max(after for _, after in errors) <= options.near**2
         needed = options.most if close and not driven else options.nearly_all
         most = [a - b > options.worth_noise and share_of(a, b) >= needed for a, b in errors]
-        explained = [b <= options.explained**2 for _, b in errors]
-        if most[0] and all(map(or_, most, explained)) and (close or not driven):
+        also = all(taken or left <= options.explained**2 for taken, (_, left) in zip(most[1:], errors[1:], strict=True))
+        if most[0] and also and (close or not driven):
             return True
     return False
