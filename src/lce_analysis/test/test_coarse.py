@@ -8,11 +8,13 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.identification.coarse import STEP_S, coarse
+from lce_analysis.identification.discontinuities import without_discontinuities
+from lce_analysis.identification.problem import Problem, observed_series
 from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.prediction import COLUMN, SimulationInput, simulation_input
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.run import Run, Series
-from lce_model import Model
+from lce_model import Model, default_model, simulate
 
 Floats = NDArray[np.float64]
 NOISE = {TEMPERATURE: 0.06, DISPLACEMENT: 4e-6}
@@ -83,3 +85,18 @@ def test_a_run_that_is_coarse_already_stays_as_it_is(strip: Model, recorded: Cal
     run = Run.of("coarse", *(Series(s.time_s[::10], s.value[::10]) for s in run.series.values()), sha256="0" * 64)
     run_input = simulation_input(run, strip)
     assert coarse(run_input) is run_input
+
+
+def test_samples_of_a_motion_that_the_grid_does_not_resolve_are_left_out() -> None:
+    strip, time = default_model("lumped", "dynamic"), np.arange(0.0, 45.0, 0.01)
+    displacement = simulate(strip, time, _wave(time)).displacement_m
+    displacement += NOISE[DISPLACEMENT] * np.random.default_rng(0).standard_normal(time.size)
+    fine = simulation_input(Run.of("wave", Series(time, _wave(time)), displacement=Series(time, displacement)), strip)
+    found = coarse(fine)
+    problem = Problem(strip, [found], (), np.array([strip["ambient.t_env"]]), observed_series([found], NOISE))
+    searched = without_discontinuities(problem, [fine])
+    kept = searched.observed[0].counted
+    assert kept > 0.9 * problem.size
+    before, after = (float(np.sum(p.residuals(p.first()) ** 2)) for p in (problem, searched))
+    assert before / problem.size > 10.0
+    assert after / kept == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / kept))

@@ -106,14 +106,18 @@ class StagedFit:
 
 @dataclass(frozen=True)
 class Data:
-    """The runs, laid out for simulation."""
+    """The runs, laid out for simulation.
+
+    recorded : the inputs with every sample, where ``inputs`` are on a coarser grid.
+    """
 
     judged: JudgedRuns
     inputs: tuple[SimulationInput, ...]
+    recorded: tuple[SimulationInput, ...] = ()
 
     def coarse(self, step_s: float) -> "Data":
         """The same on a coarser grid, with steps of up to ``step_s`` [s]."""
-        return replace(self, inputs=tuple(coarse(run_input, step_s) for run_input in self.inputs))
+        return replace(self, inputs=tuple(coarse(one, step_s) for one in self.inputs), recorded=self.inputs)
 
     def observed(self, channels: Sequence[Channel]) -> tuple[ObservedSeries, ...]:
         """The measured series of some channels, each in units of its noise; without a temperature that drives."""
@@ -126,12 +130,13 @@ class Data:
 
     def driven_by_measurement(self, model: Model, starts_k: Floats) -> "Data":
         """The runs, their deformation driven by the measured temperature, smoothed around the model's."""
-        return replace(
-            self,
-            inputs=tuple(
-                measured_drive(p, model_of_run(model, p.run), float(starts_k[i])) for i, p in enumerate(self.inputs)
-            ),
-        )
+
+        def driven(inputs: Sequence[SimulationInput]) -> tuple[SimulationInput, ...]:
+            return tuple(
+                measured_drive(p, model_of_run(model, p.run), float(starts_k[i])) for i, p in enumerate(inputs)
+            )
+
+        return replace(self, inputs=driven(self.inputs), recorded=driven(self.recorded))
 
 
 def with_candidates(model: Model, candidates: Sequence[Effect]) -> Model:
@@ -219,7 +224,7 @@ def _both(
     observed = data.observed([c for c in SENSORS if model.predicts(c)])
     conditions = start_conditions(data.inputs, model)
     problem = Problem(whole, data.inputs, _free(whole, model), starts, observed, *conditions)
-    fit = _refit_between_jumps(problem, "both stages", options, progress)
+    fit = _refit_between_jumps(problem, data, "both stages", options, progress)
     part: Part = "both" if any(s.channel is TEMPERATURE for s in observed) else "deformation"
     return StageProblem(part, fit, tuple(candidates), "model")
 
@@ -242,15 +247,15 @@ def _deformation(
     observed = data.observed([c for c in MECHANICAL if model.predicts(c)])
     at_ambient = start_conditions(data.inputs, model)[1]
     problem = Problem(whole, data.inputs, _free(whole, model, heat=False), starts, observed, (), at_ambient)
-    return StageProblem(
-        "deformation", _refit_between_jumps(problem, "displacement", options, progress), tuple(own), drive
-    )
+    fit = _refit_between_jumps(problem, data, "displacement", options, progress)
+    return StageProblem("deformation", fit, tuple(own), drive)
 
 
-def _refit_between_jumps(problem: Problem, label: str, options: DiagnoseOptions, progress: Progress) -> LinearizedFit:
-    """Least squares of the samples away from the jumps of the model, which are found at its optimum."""
-    problem = without_discontinuities(problem)
-    return refit(problem, label, progress, options.iterations)
+def _refit_between_jumps(
+    problem: Problem, data: Data, label: str, options: DiagnoseOptions, progress: Progress
+) -> LinearizedFit:
+    """Least squares of the samples away from the jumps of the model as it begins, where its grid resolves it."""
+    return refit(without_discontinuities(problem, data.recorded), label, progress, options.iterations)
 
 
 def _free(whole: Model, model: Model, heat: bool | None = None) -> tuple[int, ...]:

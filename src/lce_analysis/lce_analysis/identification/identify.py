@@ -397,8 +397,14 @@ class _Search:
     def _random_guesses(
         self, problem: Problem, box: tuple[Floats, Floats], label: str, attempt: int = 0
     ) -> Iterator[Floats]:
-        """The present values, then the best of many random ones; others at a second attempt."""
+        """The present values, the default ones of the base model, and the best of many random ones.
+
+        At a second attempt the random ones are others.
+        """
         yield problem.first()[: box[0].size]
+        values = (problem.model.values[i] for i in problem.free)
+        default = {v.key: v.parameter.default for v in values if v.term == problem.model.deformation}
+        yield replace(problem, model=problem.model.set(default)).first()[: box[0].size]
         low, high = box
         seed = (self.options.seed, attempt) if attempt else self.options.seed
         candidates = low + (high - low) * np.random.default_rng(seed).random((self.options.random_guesses, low.size))
