@@ -145,6 +145,7 @@ def options(
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--seeds", type=int, default=seeds, help="strips of each kind of case")
     parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
+    parser.add_argument("--skip", type=int, default=0, help="begin behind so many cases of the order, known already")
     parser.add_argument("--only", default="", help="cases whose name holds this text")
     parser.add_argument("--families", nargs="+", default=[], choices=list(families), metavar="FAMILY")
     parser.add_argument("--campaign", default="full", choices=list(CAMPAIGNS), help="runs of each strip")
@@ -162,6 +163,7 @@ def options(
 def arguments(args: argparse.Namespace) -> str:
     """What decided which cases were judged, as the command line says it."""
     words = [f"--seeds {args.seeds}", f"--minutes {args.minutes:g}"]
+    words += [f"--skip {args.skip}"] if args.skip else []
     words += [f"--families {' '.join(args.families)}"] if args.families else []
     words += [f"--only {args.only}"] if args.only else []
     return " ".join(words)
@@ -170,7 +172,7 @@ def arguments(args: argparse.Namespace) -> str:
 def judge_all(chosen: Sequence[Case], done: list[Result], args: argparse.Namespace, judge: str = "judge") -> int:
     """Judge the cases that are not done yet, within the time given, and append them to ``done``; the exit status."""
     known = {r["case"] for r in done}
-    todo = [c for c in chosen if c.name not in known]
+    todo = [c for c in [*chosen[args.skip :], *chosen[: args.skip]] if c.name not in known]
     with (
         tqdm(total=len(chosen), initial=len(chosen) - len(todo), unit="case", dynamic_ncols=True) as bar,
         args.results.open("a", encoding="utf-8") as log,
