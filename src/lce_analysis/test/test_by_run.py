@@ -2,6 +2,8 @@
 """What a value for each run would take of the error, beside plain least squares on all samples."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +11,11 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from lce_analysis.identification import fit
-from lce_analysis.identification.by_run import ByRun
+from lce_analysis.identification.by_run import ByRun, may_vary
 from lce_analysis.identification.problem import Problem
 from lce_data.run import Run, Series
 from lce_model import default_model
+from lce_model.effects import find, radiation
 
 Floats = NDArray[np.float64]
 
@@ -51,6 +54,16 @@ def plainly(problem: Problem, keys: Sequence[str]) -> Floats:
 def by_run(problem: Problem) -> ByRun:
     variables = problem.first()
     return ByRun(problem, problem.jacobian(variables), problem.residuals(variables))
+
+
+def test_an_effect_of_a_file_is_no_parameter_of_the_base_model(problem: Problem, tmp_path: Path) -> None:
+    file = tmp_path / "glow.py"
+    file.write_text(Path(radiation.__file__).read_text(encoding="utf-8").replace('name="radiation"', 'name="glow"'))
+    effect = find(str(file))
+    model = problem.model.add(effect)
+    keys = [*(problem.model.values[i].key for i in problem.free), effect.strength_key]
+    free = tuple(model.index(key) for key in keys)
+    assert may_vary(replace(problem, model=model, free=free)) == may_vary(problem)
 
 
 def test_the_gain_is_that_of_least_squares_on_every_sample(problem: Problem) -> None:

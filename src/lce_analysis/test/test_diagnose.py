@@ -17,7 +17,7 @@ from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.options import DiagnoseOptions
-from lce_data.channels import DISPLACEMENT, TEMPERATURE
+from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.progress import silent
 from lce_data.run import Run, Series
@@ -211,6 +211,23 @@ def test_runs_held_out_without_a_displacement_do_not_judge_the_deformation() -> 
     assert (step.added, step.held_out.how) == ("creep", "each run in turn")
     (told,) = [s for s in found.sentences if "held out show no displacement" in s]
     assert told.startswith("The runs held out show no displacement: to judge that, each run was left out in turn.")
+
+
+def test_a_loop_without_laser_power_says_nothing_of_the_heat() -> None:
+    train, test = _campaign(_strip_with("radiation"))
+    loops = [replace(run.with_series(POWER, None), name=f"loop {run.name}") for run in (*train, *test)]
+    found = diagnose(BASE, [*train, loops[0]], [*test, loops[-1]], CANDIDATES)
+    assert [s.added for s in found.steps] == ["radiation"]
+    assert found.steps[0].held_out.errors.judged_after.samples[TEMPERATURE].size == len(test)
+
+
+@pytest.mark.parametrize("held_out", [False, True])
+def test_a_run_without_a_temperature_is_driven_by_the_models_own(held_out: bool) -> None:
+    train, (test,) = (tuple(_run(name, BASE, 0.2) for name in names) for names in (("pulse", "stairs"), ("prbs",)))
+    blind = test.with_series(TEMPERATURE, None)
+    found = diagnose(BASE, train if held_out else [*train, blind], [blind] if held_out else (), CANDIDATES[:1])
+    assert found.bent and found.drive == "model"
+    assert found.train.misfit["after"].rms[TEMPERATURE] > 2.0
 
 
 def test_a_displacement_held_out_that_never_changes_has_no_relative_error() -> None:

@@ -14,7 +14,7 @@ from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.errors import LceError
 from lce_data.experiment_file import Conditions, Experiment
-from lce_data.progress import Progress
+from lce_data.progress import Progress, silent
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 
@@ -91,6 +91,13 @@ def test_fixed_and_held_parameters_stay_where_they_are_told_to() -> None:
     found = fit(asked, runs_of(HEATER, seed=0)).model
     assert found["lumped.tau"] == 30.0
     assert 20.0 <= found["lumped.gain"] <= 21.5
+
+
+def test_bounds_that_leave_out_a_default_value_are_kept() -> None:
+    strip = default_model("lumped", "equilibrium")
+    lowest = strip["equilibrium.t_star_r"] + 1.0
+    start = strip.hold({"equilibrium.t_star_r": (lowest, lowest + 30.0)})
+    assert rough_fit(start, runs_of(strip, seed=6), FitOptions(starts=2), silent)["equilibrium.t_star_r"] >= lowest
 
 
 def test_one_parameter_set_for_each_run() -> None:

@@ -93,6 +93,14 @@ def test_test_runs_are_simulated_as_they_are(whole: Model, drifting: Callable[..
     assert found.after.rms[DISPLACEMENT] == pytest.approx(1.0, abs=0.05)
 
 
+def test_a_sensor_that_one_run_alone_shows_is_judged_by_blocks_of_it(
+    whole: Model, drifting: Callable[..., list[Run]]
+) -> None:
+    first, second = drifting(RATE, RATE)
+    found, _ = _left_out(whole, [first, second.with_series(DISPLACEMENT, None)])
+    assert found.how == "each block in turn"
+
+
 def test_runs_that_do_not_show_the_sensor_of_a_stage_do_not_judge_it(
     whole: Model, drifting: Callable[..., list[Run]]
 ) -> None:

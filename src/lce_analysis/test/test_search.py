@@ -50,6 +50,16 @@ def test_what_differs_is_not_refitted_where_it_explains_nothing() -> None:
     assert found is None and refits == []
 
 
+def test_a_better_minimum_that_the_search_comes_upon_is_that_of_the_base() -> None:
+    runs = [heater(f"day-{i}", 40.0, 296.0, i) for i in range(2)]
+    search = Search(HEATER.set({"lumped.tau": 12.0}).fix(["lumped.tau"]), runs, (), (), DiagnoseOptions(), silent)
+    poor = search.refitted(search.given.set({"lumped.tau": 30.0}))
+    good, search.base, search.present = search.present, poor, poor
+    search.move(good)
+    search.finish()
+    assert search.present is search.base and search.base.error < 1.2 < poor.error
+
+
 def test_the_heat_alone_is_refitted_as_it_is_before_the_deformation(strip: Model, recorded: Callable[..., Run]) -> None:
     search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
     warmer = strip.set({"lumped.gain": 1.1 * strip["lumped.gain"]})

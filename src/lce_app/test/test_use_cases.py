@@ -11,6 +11,7 @@ import pytest
 from lce_app import cluster
 from lce_app.errors import ContradictoryOptions
 from lce_app.use_cases import compare, control, design, fit, record, simulate
+from lce_app.use_cases.loading import load_runs_and_tests
 from lce_data.errors import Cancelled, LceError
 from lce_data.progress import CancelToken
 from lce_model import default_model, load_model, save_model
@@ -31,6 +32,15 @@ def run(tmp_path: Path, model: Path) -> Path:
 def test_options_are_frozen(options: object) -> None:
     with pytest.raises(FrozenInstanceError):
         options.anything = 1  # type: ignore[attr-defined]
+
+
+def test_a_run_held_out_has_another_name_than_the_runs_to_learn_from(tmp_path: Path, model: Path) -> None:
+    days = [tmp_path / day / "prbs.csv" for day in ("monday", "tuesday")]
+    for file in days:
+        file.parent.mkdir()
+        simulate.simulate(model, "pulse:th=10,rest=20", file)
+    (run,), (test,) = load_runs_and_tests(days[:1], days[1:])
+    assert (run.name, test.name) == ("monday/prbs", "tuesday/prbs")
 
 
 def test_a_cancelled_comparison_writes_nothing(tmp_path: Path, run: Path, model: Path) -> None:

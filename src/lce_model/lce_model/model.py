@@ -244,6 +244,10 @@ class Model:
         kept = tuple(e for e in self.effects if e != reference)
         return self._carried(default_model(self.thermal, self.deformation, kept))
 
+    def deformed_by(self, deformation: str) -> "Model":
+        """A copy with another deformation model, whose own parameters have their default values."""
+        return self._carried(default_model(self.thermal, deformation, self.effects))
+
     def predicts(self, channel: Channel) -> bool:
         """Whether the model says what the sensor of a channel reports.
 

@@ -217,6 +217,16 @@ def test_adding_and_taking_out_keep_the_other_values() -> None:
         model.add("crep")
 
 
+def test_another_deformation_model_keeps_the_heat_its_bounds_and_the_effects() -> None:
+    model = default_model("lumped", "dynamic", ("camera_lag",)).hold({"camera_lag.tau": (0.0, 20.0)})
+    model = model.set({"camera_lag.tau": 16.0, "stretch_law.alpha": 3.0})
+    other = model.deformed_by("equilibrium")
+    assert (other.deformation, other.effects, other["camera_lag.tau"]) == ("equilibrium", model.effects, 16.0)
+    assert other["stretch_law.alpha"] == 3.0
+    default = default_model("lumped", "equilibrium")
+    assert all(other[v.key] == v.value for v in default.values if v.term == "equilibrium")
+
+
 def test_a_setting_of_an_effect_adds_it() -> None:
     model = default_model().configured({"creep.share": 0.2, "creep.tau_v": 5.0, "lumped.tau": 20.0})
     assert model.effects == ("creep",)

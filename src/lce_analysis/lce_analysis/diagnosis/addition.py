@@ -151,7 +151,8 @@ def _recorded(model: Model, search: Search, runs: Sequence[Run], history: Sequen
         problem = stage.fit.problem
         result = FitResult.from_problem(problem, runs, problem.starts_k, FitOptions(drive=stage.drive))
         # The part that has the last word on a parameter knows its error.
-        values |= {v.key: v for v in result.model.values if v.key in values and v.value == values[v.key].value}
+        known = (result.model.values[i] for i in problem.free)
+        values |= {v.key: v for v in known if v.key in values and v.value == values[v.key].value}
         record = result.model.fit
     return model.with_values(tuple(values[v.key] for v in model.values), {**record, "history": list(history)})
 

@@ -22,7 +22,7 @@ from lce_analysis.identification.identify import check_runs, rough_fit
 from lce_analysis.identification.parameter_draws import draw_variables
 from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive, FitOptions
-from lce_analysis.prediction import simulation_input, with_ambient_at_rest
+from lce_analysis.prediction import MECHANICAL, simulation_input, with_ambient_at_rest
 from lce_data.channels import SENSORS
 from lce_data.errors import LceError
 from lce_data.progress import Progress
@@ -66,13 +66,16 @@ class Chain:
         model = with_ambient_at_rest(model, runs)
         self.given = model
         self.options, self.progress, self.candidates = options, progress, tuple(candidates)
-        self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(run, model) for run in runs))
+        deformed = [run for run in (*runs, *test_runs) if any(c in MECHANICAL for c in run.measured)]
+        drivable = all(run.temperature is not None for run in deformed)
+        self.data = Data(JudgedRuns.of(runs), tuple(simulation_input(r, model) for r in runs), drivable=drivable)
         self.coarse, self.finer = self.data.coarse(STEP_S), self.data.coarse(FINER_S)
         self.tests = JudgedRuns.of(test_runs)
         self.left_out = DataLeftOut(self.data.judged, self.tests, progress)
         self.trials = Trials(len(self.candidates), self.left_out, options, progress)
         self.accepted: list[Accepted] = []
         self.bearing: set[str] = set()
+        self._finished: list[StagedFit] = []
         self.present = self.refitted(model)
         self.base = self._no_worse(model, self._on_every_sample(self.present.model))
 
@@ -190,12 +193,22 @@ class Chain:
         self.accepted.append(step)
         self.present = step.with_it
 
+    def move(self, better: StagedFit) -> None:
+        """Go on from a better minimum of the present model; what was added since the base, or the base, is in it."""
+        if self.accepted:
+            self.accepted[-1] = replace(self.accepted[-1], with_it=better)
+        else:
+            base = self._no_worse(self.given, self._on_every_sample(better.model))
+            self.base = min(self.base, base, key=lambda fit: fit.error)
+        self.present = better
+
     def drop(self, step: Step, reason: Objection) -> None:
         """Take back an effect, refitting what was accepted after it."""
         reference = step.trial.effect.reference
-        last = step is self.accepted[-1]
+        last = step.label == self.accepted[-1].label
         present = step.without if last else self.refitted(self.present.model.without(reference))
         self.trials.reject(step.trial, reason)
+        self.bearing.discard(step.added)
         self.take_out(step, present, partial(Model.without, effect=reference))
 
     def take_back(self, step: Step, reason: Objection) -> None:
@@ -212,17 +225,27 @@ class Chain:
         before = [step.without, *fits[:-1]][: len(later)]
         self.accepted = [
             *earlier,
-            *(replace(s, without=a, with_it=b) for s, a, b in zip(later, before, fits, strict=True)),
+            *(self._moved(s, a, b) for s, a, b in zip(later, before, fits, strict=True)),
         ]
         self.present = present
 
+    def _moved(self, step: Accepted, without: StagedFit, with_it: StagedFit) -> Accepted:
+        """A step between two other models, judged on what is left out beside these."""
+        moved, part = replace(step, without=without, with_it=with_it), step.trial.stage.part
+        old, new = without.stage(part), with_it.stage(part)
+        if old is None or new is None or old.channels != new.channels:
+            return moved
+        return replace(moved, held_out=self.left_out.errors(old, new.fit.problem, step.label))
+
     def finish(self) -> None:
         """Refit what was accepted on every sample, and tell every step between the models that this gives."""
-        fits = [self.base, *(self._on_every_sample(a.with_it.model) for a in self.accepted)]
-        self.present = fits[-1]
+        done = {id(fit) for fit in self._finished}
+        with_it = [a.with_it for a in self.accepted]
+        fits = [self.base, *(f if id(f) in done else self._on_every_sample(f.model) for f in with_it)]
+        self.present, self._finished = fits[-1], fits
         told: list[Accepted] = []
-        for accepted, without, with_it in zip(self.accepted, fits[:-1], fits[1:], strict=True):
-            told.append(self._told(accepted, without, with_it))
+        for accepted, without, after in zip(self.accepted, fits[:-1], fits[1:], strict=True):
+            told.append(self._told(accepted, without, after))
         self.accepted = told
 
     def _told(self, accepted: Accepted, without: StagedFit, with_it: StagedFit) -> Accepted:

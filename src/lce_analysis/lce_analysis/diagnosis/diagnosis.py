@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.disturbed import signatures_left
+from lce_analysis.diagnosis.looking_back import take_back_refuted
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
@@ -312,9 +313,12 @@ def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run])
 def compared_bases(search: Search, bases: OtherBases) -> OtherBase | None:
     """A base model that does better; then the effects of the deformation beside the present one are taken back."""
     found = bases.better()
-    for step in reversed(search.steps) if found is not None else ():
-        if not acts_on_temperature(step.trial.effect):
-            search.take_back(step, "base")
+    behind = [step for step in search.steps if not acts_on_temperature(step.trial.effect)]
+    if found is not None and behind:
+        for step in reversed(behind):
+            search.drop(step, "base")
+        search.finish()
+        take_back_refuted(search)
     return found
 
 
@@ -348,8 +352,12 @@ def _at_fault(base: StagedFit, options: DiagnoseOptions) -> Part | None:
 def bounds_reached(search: Search) -> tuple[AtBound, ...]:
     """Of the parameters of all stages; the part that has the last word on a parameter knows its bound."""
     stages = [p for p in (*search.present.heat[:1], search.present.deformation) if p is not None]
-    found = [bound for stage in stages for bound in at_bounds(stage.fit.problem, search.progress)]
-    return tuple({bound.key: bound for bound in found}.values())
+    found: dict[str, AtBound] = {}
+    for problem in (stage.fit.problem for stage in stages):
+        for key in (problem.model.values[i].key for i in problem.free):
+            found.pop(key, None)
+        found |= {bound.key: bound for bound in at_bounds(problem, search.progress)}
+    return tuple(found.values())
 
 
 def columns(search: Search, given: Model) -> Mapping[Column, Model]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.diagnosis.looking_back import take_back_refuted
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.signatures import ResidualSeries, Signature, residual_series, signatures
 from lce_analysis.signatures.outliers import far_out
@@ -71,10 +72,13 @@ def signatures_left(search: Search) -> tuple[Signature, ...]:
     def beside(fit: StagedFit) -> tuple[ResidualSeries, ...]:
         return residual_series(search.whole(fit.model), search.data.judged.runs, search.present.drive)
 
+    found = len(search.steps)
     for step in reversed(search.steps):
         before, after = beside(step.without), beside(step.with_it)
         if lives_on(step.trial.effect.name, signatures(before), before, after, search.options):
             search.take_back(step, "disturbed")
+    if len(search.steps) < found:
+        take_back_refuted(search)
     return signatures(beside(search.present))
 
 

@@ -70,14 +70,14 @@ class DataLeftOut:
     def how(self, stage: StageProblem, problem: Problem) -> LeftOut:
         """What is left out to judge a problem of a stage."""
         tested = self._tested(stage)
-        if problem.model.varies or (len(self.judged.runs) < 2 and not tested):
+        showing = {series.run for series in stage.fit.problem.observed if series.channel in _ends(stage)}
+        if problem.model.varies or (len(showing) < 2 and not tested):
             return "each block in turn"
         return "test runs" if tested else "each run in turn"
 
     def _tested(self, stage: StageProblem) -> bool:
-        """Do the runs held out show what a stage ends in: the deformation, or else the temperature?"""
-        ends = {c for c in stage.channels if c in MECHANICAL} or set(stage.channels)
-        return ends <= {channel for run in self.tests.runs for channel in run.measured}
+        """Do the runs held out show what a stage ends in?"""
+        return _ends(stage) <= {channel for run in self.tests.runs for channel in run.measured}
 
     def names(self, how: LeftOut) -> tuple[str, ...]:
         """Of the runs or blocks left out."""
@@ -153,6 +153,11 @@ class DataLeftOut:
         # The problem is kept beside its refits, so that its id stays its own.
         self._refits[id(problem), how] = problem, found
         return found
+
+
+def _ends(stage: StageProblem) -> set[Channel]:
+    """The sensors that a stage ends in: those of the deformation, or else the temperature."""
+    return {c for c in stage.channels if c in MECHANICAL} or set(stage.channels)
 
 
 def _shows(stage: StageProblem, term: Term) -> bool:

@@ -4,6 +4,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import TEMPERATURE
 from lce_model import Model
+
+USUAL_BLOCK: Final = 110.0
+"""Samples of a camera at 10 Hz in a block of 10 s, rounded up, for which ``inflated`` is meant."""
 
 
 def keep_what_explains(chain: Chain, heat: bool) -> None:
@@ -39,7 +43,8 @@ def take_back_superfluous(chain: Chain) -> None:
     for step in chain.steps[:-1]:
         reference = step.trial.effect.reference
         without = chain.refitted(chain.present.model.without(reference))
-        before, after = (chain.misfit(fit.model, chain.present.drive) for fit in (without, chain.present))
+        pair = chain.of_the_runs(without.model)
+        before, after = pair.judged_before, pair.judged_after
         if any(before.mean_square(c) - after.mean_square(c) >= chain.options.worth_noise for c in before.total):
             continue
         chain.trials.reject(step.trial, "less")
@@ -98,7 +103,7 @@ def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
         errors = chain.left_out.errors(old, new.fit.problem, f"{step.key} of each run")
         if not on_data_left_out(step.trial.stage, errors, chain.options):
             continue
-        _take_out_difference(chain, step, chain.refitted(model))
+        _take_out_difference(chain, step, chain.refitted(model) if part == "heat" else without)
 
 
 def _take_back_parts(chain: Chain, heat: bool) -> None:
@@ -199,7 +204,9 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
     if found is None:
         return False
     anywhere = 0.0 if left <= options.explained**2 else (left - NOISE) * found.samples_per_block
-    return found.inflation > max(options.inflated, options.concentrated * anywhere)
+    # Noise that is correlated from sample to sample inflates in proportion to the samples.
+    dense = max(1.0, found.samples_per_block / USUAL_BLOCK)
+    return found.inflation > max(options.inflated * dense, options.concentrated * anywhere)
 
 
 def _is_at_a_bound(chain: Chain, last: Step) -> bool:

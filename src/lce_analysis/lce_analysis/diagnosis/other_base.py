@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from operator import itemgetter
 from typing import Any, Final
 
@@ -20,13 +20,13 @@ from lce_analysis.diagnosis.accepted import Step
 from lce_analysis.diagnosis.disturbed import signatures_left
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair, share_removed
 from lce_analysis.diagnosis.search import Search
-from lce_analysis.diagnosis.stage_problem import StagedFit, carried
+from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.identification.identify import fit as identify
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions, FitOptions
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.errors import LceError
-from lce_model import Model, default_model
+from lce_model import Model
 from lce_model.effects import find
 
 BASES: Final = ("equilibrium", "kinetic", "dynamic")
@@ -193,8 +193,8 @@ def _identified(deformation: str, search: Search) -> Model | None:
     present = search.present.model
     if deformation == present.deformation:
         return None
-    heat = tuple(e for e in present.effects if acts_on_temperature(find(e)))
-    other = carried(default_model(present.thermal, deformation, heat), present)
+    behind = [e for e in present.effects if not acts_on_temperature(find(e))]
+    other = reduce(Model.without, behind, present).deformed_by(deformation)
     runs = search.data.judged.runs
     try:
         found = identify(other, runs, QUICK, search.progress)

@@ -13,6 +13,7 @@ from typing import Final
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
+from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.looking_back import (
     bends_the_heat,
     helped,
@@ -22,6 +23,7 @@ from lce_analysis.diagnosis.looking_back import (
 )
 from lce_analysis.diagnosis.misfit import Misfit, reduction_of
 from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem, carried
+from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import Trial, gets_worse, goes_far, on_data_left_out
 from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_data.channels import TEMPERATURE
@@ -70,7 +72,7 @@ class Search(Chain):
         self.finish()
         (step,) = self.steps
         if not trial.objection and not helped(step, self.options):
-            step = replace(step, trial=replace(trial, objection="worse"))
+            step = replace(step, trial=replace(step.trial, objection="worse"))
         return step
 
     def _forward(
@@ -99,8 +101,7 @@ class Search(Chain):
         if self.accepted and self.present.worst_behind_heat > self.options.near:
             anew = self.identified_anew(self.present)
             if anew is not None:
-                self.accepted[-1] = replace(self.accepted[-1], with_it=anew)
-                self.present = anew
+                self.move(anew)
 
     def _far_reaching(self, heat: bool) -> list[Trial]:
         """Trials of one part of the model, judged; none if no effect goes far."""
@@ -164,7 +165,7 @@ class Search(Chain):
             better = self._better_minimum(trials)
             if better is None:
                 break
-            self.present = better
+            self.move(better)
             trials = self.trials.likely(self._stages(heat))
         return trials
 
@@ -230,5 +231,9 @@ class Search(Chain):
         anew = self.identified_anew(fit)
         if anew is None or anew.deformation is None or not set(trial.stage.channels) <= set(anew.deformation.channels):
             return fit, trial
-        problem = anew.deformation.fit.problem
-        return anew, replace(trial, held_out=self.left_out.errors(trial.stage, problem, trial.effect.name))
+        found = anew.deformation.fit
+        held_out = self.left_out.errors(trial.stage, found.problem, trial.effect.name)
+        strengths = strengths_of(found, trial.effect)
+        return anew, replace(
+            trial, fit=found, gain=gained(trial.stage.fit, found), strengths=strengths, held_out=held_out
+        )

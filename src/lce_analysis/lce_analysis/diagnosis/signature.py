@@ -36,7 +36,8 @@ class Signature:
 def effect_signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]) -> Mapping[Channel, Signature]:
     """Simulate a run without and with an effect, all other parameters as they are.
 
-    The whole library is added to the model at its null values: a diagnosis has compiled that model already.
+    The whole library is added to the model at its null values: a diagnosis that examined all of it has compiled that
+    model already.
 
     Parameters
     ----------

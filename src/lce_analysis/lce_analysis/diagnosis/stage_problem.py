@@ -109,11 +109,13 @@ class Data:
     """The runs, laid out for simulation.
 
     recorded : the inputs with every sample, where ``inputs`` are on a coarser grid.
+    drivable : could the measured temperature drive every deformation that was measured?
     """
 
     judged: JudgedRuns
     inputs: tuple[SimulationInput, ...]
     recorded: tuple[SimulationInput, ...] = ()
+    drivable: bool = True
 
     def coarse(self, step_s: float) -> "Data":
         """The same on a coarser grid, with steps of up to ``step_s`` [s]."""
@@ -240,8 +242,8 @@ def _deformation(
 ) -> StageProblem:
     """T → d alone: driven by the thermal state if that explains the temperature, else by the measured one."""
     explained = heat.mean_squares[TEMPERATURE] <= options.explained**2
-    drive: Drive = "model" if explained else "measured"
-    data = data if explained else data.driven_by_measurement(model, starts)
+    drive: Drive = "model" if explained or not data.drivable else "measured"
+    data = data if drive == "model" else data.driven_by_measurement(model, starts)
     own = [c for c in candidates if not acts_on_temperature(c)]
     whole = with_candidates(model, candidates)
     observed = data.observed([c for c in MECHANICAL if model.predicts(c)])

@@ -45,9 +45,13 @@ class Noise:
 
 
 def autoregressive(residuals: Sequence[Floats]) -> Noise:
-    """Yule–Walker on the pooled autocovariance of several residuals of one sensor; the order by Schwarz's criterion."""
+    """Yule–Walker on the pooled autocovariance of several residuals of one sensor; the order by Schwarz's criterion.
+
+    Those that are too short for that order do not count.
+    """
+    longest = min(LONGEST, max(r.size for r in residuals) // 10)
+    residuals = [r for r in residuals if r.size > longest]
     total = sum(r.size for r in residuals)
-    longest = min(LONGEST, min(r.size for r in residuals) // 10)
     covariance = np.sum([_covariance(r - r.mean(), longest) for r in residuals], axis=0) / total
     best, least = Noise(np.empty(0), float(np.sqrt(covariance[0])), float(np.sqrt(covariance[0]))), np.inf
     for order in range(longest + 1):

@@ -242,7 +242,7 @@ def _stage_at_fault(found: Diagnosis) -> Iterator[str]:
 
 def _left_out(found: Diagnosis) -> Iterator[str]:
     """What was left out where no run was held out, or none that shows a sensor."""
-    blocks = found.variations or len(found.runs) == 1
+    blocks = found.model.varies or len(found.runs) == 1
     instead = "blocks of each run were left out in turn" if blocks else "each run was left out in turn"
     if not found.held_out:
         yield f"No run was held out: {instead}. Give one with --test."

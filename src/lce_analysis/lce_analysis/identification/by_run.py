@@ -29,7 +29,8 @@ def may_vary(problem: Problem) -> tuple[str, ...]:
     values = [problem.model.values[i] for i in problem.free]
     if ZERO_KEY in problem.model and any(series.channel is DISPLACEMENT for series in problem.observed):
         values.append(problem.model.values[problem.model.index(ZERO_KEY)])
-    found = dict.fromkeys(v.key for v in values if v.term not in library())
+    effects = {*library(), *problem.model.effect_names}
+    found = dict.fromkeys(v.key for v in values if v.term not in effects)
     return tuple(key for key in found if key not in problem.model.varies)
 
 
@@ -78,7 +79,9 @@ class ByRun:
         for i, reduced in enumerate(self._reduced):
             apart = np.zeros((reduced.shape[0], len(keys), runs))
             apart[:, :, i] = reduced[:, [self._place[key] for key in keys]]
-            rows.append(np.column_stack([reduced[:, : self._variables], apart.reshape(reduced.shape[0], -1)]))
+            rows.append(
+                np.column_stack([reduced[:, : self._variables], apart.reshape(reduced.shape[0], len(keys) * runs)])
+            )
         columns, residual = np.vstack(rows), np.concatenate([reduced[:, -1] for reduced in self._reduced])
         norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         step = -np.linalg.lstsq(columns / norm, residual, rcond=1e-6)[0] / norm

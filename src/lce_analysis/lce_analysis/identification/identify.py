@@ -364,7 +364,8 @@ class _Search:
         one = replace(
             problem, inputs=[problem.inputs[widest.run]], starts_k=np.zeros(1), observed=(replace(widest, run=0),)
         )
-        samples = self.inputs[widest.run].time_s.size
+        name = problem.inputs[widest.run].run.name
+        samples = next(i.time_s.size for i in self.inputs if i.run.name == name)
         return one, float(EPSILON * np.sqrt(samples) * self.model["strip.length"] * widest.weight)
 
     def _evolution(
@@ -403,7 +404,8 @@ class _Search:
         """
         yield problem.first()[: box[0].size]
         values = (problem.model.values[i] for i in problem.free)
-        default = {v.key: v.parameter.default for v in values if v.term == problem.model.deformation}
+        base = [v for v in values if v.term == problem.model.deformation]
+        default = {v.key: min(max(v.parameter.default, v.lower), v.upper) for v in base}
         yield replace(problem, model=problem.model.set(default)).first()[: box[0].size]
         low, high = box
         seed = (self.options.seed, attempt) if attempt else self.options.seed

@@ -56,8 +56,8 @@ def with_spreads(problem: Problem) -> Problem:
     """The problem, which stands at its least squares, with the spreads that its offsets show."""
     variables, runs = problem.first(), len(problem.inputs)
     k = len(problem.free)
-    residual = problem.residuals(variables)
-    covariance = _covariance(problem, variables, max(1.0, float(np.mean(residual**2))))
+    residual, counted = problem.residuals(variables), sum(series.counted for series in problem.observed)
+    covariance = _covariance(problem, variables, max(1.0, float(np.sum(residual**2)) / max(counted, 1.0)))
     centre = np.eye(runs) - 1.0 / runs
     deviations = np.empty(len(problem.varying))
     for v in range(deviations.size):

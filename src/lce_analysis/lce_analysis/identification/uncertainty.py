@@ -46,7 +46,7 @@ def calibrated(problem: Problem) -> Problem:
     for series in problem.observed:
         part = residual[begin : begin + series.size]
         begin += series.size
-        scale = float(np.sqrt(np.mean(part**2) * correlation_time(part)))
+        scale = float(np.sqrt(np.sum(part**2) / max(series.counted, 1.0) * correlation_time(part)))
         observed.append(replace(series, weight=series.weight / max(scale, 1e-300)))
     return replace(problem, observed=tuple(observed))
 

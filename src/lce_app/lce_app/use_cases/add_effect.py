@@ -13,7 +13,7 @@ from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Addition
 from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import CompareOptions, DiagnoseOptions
-from lce_app.use_cases.loading import load_model_and_effects, load_runs
+from lce_app.use_cases.loading import load_model_and_effects, load_runs_and_tests
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent
 from lce_model import save_model
@@ -74,7 +74,7 @@ def add_effect(
     >>> found = add_effect("creep", [Path("runs/pulse")], Path("m.yaml"), Path("m2.yaml"))  # doctest: +SKIP
     >>> print(found.addition.sentence)  # doctest: +SKIP
     """
-    runs, test_runs = load_runs(run_files), load_runs(test_files)
+    runs, test_runs = load_runs_and_tests(run_files, test_files)
     model, (chosen,) = bounded(*load_model_and_effects(model_file, [effect]), bounds)
     addition = diagnosing.add_effect(model, chosen, runs, test_runs, options, progress, cancel)
     every, held_out = [*runs, *test_runs], frozenset(run.name for run in test_runs)

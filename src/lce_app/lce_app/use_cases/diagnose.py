@@ -13,7 +13,7 @@ from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import DiagnoseOptions
 from lce_app.cluster import Cluster
-from lce_app.use_cases.loading import load_model_and_effects, load_runs
+from lce_app.use_cases.loading import load_model_and_effects, load_runs_and_tests
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
 from lce_model.effects import library
@@ -81,7 +81,7 @@ def diagnose(
     """
     progress = watched(progress, cancel)
     model, named = load_model_and_effects(model_file, options.effects)
-    runs, test_runs = load_runs(run_files), load_runs(test_files)
+    runs, test_runs = load_runs_and_tests(run_files, test_files)
     model, candidates = bounded(model, [*library().values(), *named], options.bounds)
     with options.cluster.used():
         diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)

@@ -12,7 +12,7 @@ import lce_analysis.discovery as discovering
 from lce_analysis.discovery import Discovery
 from lce_analysis.identification.bounds import bounded
 from lce_analysis.options import DiscoverOptions
-from lce_app.use_cases.loading import load_runs
+from lce_app.use_cases.loading import load_runs_and_tests
 from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
@@ -93,7 +93,7 @@ def discover(
     if out.suffix != ".py":
         raise LceError(f"{out}: an effect file must end in .py")
     progress = watched(progress, cancel)
-    model, runs, test_runs = load_model(model_file), load_runs(run_files), load_runs(test_files)
+    model, (runs, test_runs) = load_model(model_file), load_runs_and_tests(run_files, test_files)
     model, _ = bounded(model, (), options.bounds)
     found = discovering.discover(model, runs, test_runs, options.discovery, progress)
     files = [out, *(out.with_stem(f"{out.stem}_{i}") for i in range(2, len(found.found) + 1))][: len(found.found)]

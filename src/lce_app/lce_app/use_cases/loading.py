@@ -36,6 +36,12 @@ def load_runs(files: Sequence[Path]) -> tuple[Run, ...]:
     return runs
 
 
+def load_runs_and_tests(files: Sequence[Path], tests: Sequence[Path]) -> tuple[tuple[Run, ...], tuple[Run, ...]]:
+    """Read the runs to learn from and those held out; no two of them have the same name."""
+    runs = load_runs([*files, *tests])
+    return runs[: len(files)], runs[len(files) :]
+
+
 def load_model_and_effects(file: Path, named: Iterable[str]) -> tuple[Model, list[Effect]]:
     """Read a model and the effects that the user named beside it. Their files run, so the model may list them.
 
