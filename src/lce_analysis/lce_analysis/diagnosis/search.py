@@ -24,7 +24,7 @@ from lce_analysis.diagnosis.looking_back import (
 from lce_analysis.diagnosis.misfit import Misfit, reduction_of
 from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem, carried
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import Trial, gets_worse, goes_far, on_data_left_out
+from lce_analysis.diagnosis.trial import Trial, gets_worse, goes_far, on_data_left_out, reach
 from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_data.channels import TEMPERATURE
 from lce_data.errors import LceError
@@ -221,10 +221,17 @@ class Search(Chain):
 
     def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
         after = self.refitted(self.with_effect_of(trial))
-        if trial.stage.part != "heat" and after.worst_behind_heat > self.options.explained:
+        if trial.stage.part != "heat" and after.worst_behind_heat > self.options.explained and self._may_be_all(trial):
             after, trial = self._searched_anew(after, trial)
         train, held_out = self.between(self.present, after, trial.held_out, after.drive)
         return Step(self.present, after, train, held_out, trial, alias_set)
+
+    def _may_be_all(self, trial: Trial) -> bool:
+        """Might the effect be all that is missing behind the heat? It is the first found, or takes most of the rest.
+
+        Where more is missing an identification from scratch leads no further, and it takes longest of all.
+        """
+        return not self.of_part(False, Step) or reach(trial, self.options) >= self.options.most
 
     def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
         """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""

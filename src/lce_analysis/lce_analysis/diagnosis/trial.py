@@ -140,6 +140,13 @@ def _squared_error(problem: Problem) -> float:
     return float(residual @ residual)
 
 
+def reach(trial: Trial, options: DiagnoseOptions) -> float:
+    """The share of what is above the noise of a sensor that the effect takes, or promises."""
+    before, after = trial.stage.fit.mean_squares, trial.fit.mean_squares
+    beyond = [channel for channel, x in before.items() if x > NOISE + options.worth_noise]
+    return max([trial.predicted_reduction, *(reduction_of({c: before[c]}, {c: after[c]}) for c in beyond)])
+
+
 def goes_far(trial: Trial, options: DiagnoseOptions) -> bool:
     """Does the effect take, or promise, a fair share of what is above the noise of a sensor?
 
@@ -149,10 +156,7 @@ def goes_far(trial: Trial, options: DiagnoseOptions) -> bool:
     from what the drive does.
     """
     least = options.most if trial.stage.drive == "measured" else options.far
-    before, after = trial.stage.fit.mean_squares, trial.fit.mean_squares
-    beyond = [channel for channel, x in before.items() if x > NOISE + options.worth_noise]
-    shares = [reduction_of({c: before[c]}, {c: after[c]}) for c in beyond]
-    return max([trial.predicted_reduction, *shares]) >= least
+    return reach(trial, options) >= least
 
 
 def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection:
