@@ -52,6 +52,10 @@ def test_help_names_every_command_and_imports_nothing_slow() -> None:
         ("control 1 --model nosuch.yaml", "nosuch.yaml: No such file"),
         ("control 1 --gains nosuch.yaml", "nosuch.yaml: no such file"),
         ("tune --model nosuch.yaml --out gains.yaml", "nosuch.yaml: No such file"),
+        (f"compare {'long' * 100}.csv --model m.yaml", "long.csv: no such file or folder"),
+        (f"fit {__file__} --out nosuch/m.yaml", "nosuch/m.yaml: there is no folder nosuch; make it first"),
+        (f"compare {__file__} --model {__file__} --json .", ".: is a folder; name a file in it"),
+        ("tune --out nosuch/gains.yaml", "nosuch/gains.yaml: there is no folder nosuch"),
     ],
 )
 def test_a_missing_input_is_refused_before_anything_slow_is_imported(words: str, missing: str) -> None:

@@ -99,8 +99,8 @@ def test_a_guess_that_cannot_be_is_asked_about_all_the_same(
     ("words", "told"),
     [
         (["--column", "warmth=T1"], "--column 'warmth=T1': expected QUANTITY=NAME[:UNIT] with one of time, power"),
-        (["--condition", "warm"], "--condition 'warm': expected KEY=VALUE"),
-        (["--condition", "load_n=heavy", "--yes"], "conditions.load_n is 'heavy'; it must be a number"),
+        (["--condition", "warm"], "--condition warm: expected KEY=VALUE"),
+        (["--condition", "load_n=heavy", "--yes"], "load_n is 'heavy'; it must be a number"),
         (["--column", "temperature=T1:%"], "'%' is not a unit that is known here; one of °C, K, °F"),
     ],
 )

@@ -45,6 +45,17 @@ def test_a_prepared_run_is_a_run_beside_its_recipe(folder: Path, capsys: pytest.
     assert lce(again) == 0 and (folder / "made" / "pulse.csv").read_bytes() == first
 
 
+def test_a_model_of_the_name_of_a_prepared_run_is_not_overwritten(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = folder / "made" / "pulse.yaml"
+    model.parent.mkdir()
+    model.write_text("a model")
+    assert lce(["prepare", "pulse.csv", "--recipe", "recipe.yaml", "--out", "made"]) == 1
+    assert "pulse.yaml: exists already; --force overwrites it" in capsys.readouterr().err
+    assert model.read_text() == "a model"
+
+
 @pytest.mark.parametrize(
     ("words", "why"),
     [

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session of the workbench as one file, opened elsewhere."""
 
+import os
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -17,8 +18,9 @@ def session(tmp_path: Path) -> Session:
     """A CSV with what stands beside it, a bag folder, a run that is left aside, a model, an effect, an upload."""
     folder = tmp_path / "here"
     (folder / "bag").mkdir(parents=True)
-    for name in ("a.csv", "a.yaml", "aside.csv", "bag/bag_0.mcap", "bag/metadata.yaml"):
+    for name in ("a.csv", "a.yaml", "aside.csv", "bag/bag_0.mcap", "bag/metadata.yaml", "bag.experiment.yaml"):
         (folder / name).write_text(name)
+    os.utime(folder / "a.csv", (0.0, 0.0))  # a computer whose clock was never set
     session = Session(folder, {"a.csv": "train", "bag": "test", "aside.csv": "off"}).with_model("fitted", None)
     session.save()
     save_model(default_model(), session.model_file(1))
@@ -44,7 +46,8 @@ def test_another_machine_opens_what_was_exported(session: Session, tmp_path: Pat
     assert opened.model_file(1).read_bytes() == session.model_file(1).read_bytes()
     files = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert files == {
-        "a.csv", "a.yaml", "bag/bag_0.mcap", "bag/metadata.yaml", "workbench/session.yaml", "workbench/model-1.yaml",
+        "a.csv", "a.yaml", "bag/bag_0.mcap", "bag/metadata.yaml", "bag.experiment.yaml", "workbench/session.yaml",
+        "workbench/model-1.yaml",
         "workbench/effects/mine.py", "workbench/versions.txt",
     }  # fmt: skip
 

@@ -96,3 +96,6 @@ def test_runs_that_are_named_are_learnt_from_and_the_others_left_aside(tmp_path:
         tmp_path.resolve(),
         {"a.csv": "train", "b.csv": "off", "later/c.csv": "train"},
     )
+    (tmp_path / "m.yaml").touch()
+    with pytest.raises(LceError, match=r"m\.yaml: is no run"):
+        folder_and_roles([*named, tmp_path / "m.yaml"])

@@ -36,11 +36,41 @@ def test_options_are_frozen(options: object) -> None:
 
 def test_a_run_held_out_has_another_name_than_the_runs_to_learn_from(tmp_path: Path, model: Path) -> None:
     days = [tmp_path / day / "prbs.csv" for day in ("monday", "tuesday")]
-    for file in days:
+    for file, seconds in zip(days, (10, 12), strict=True):
         file.parent.mkdir()
-        simulate.simulate(model, "pulse:th=10,rest=20", file)
+        simulate.simulate(model, f"pulse:th={seconds},rest=20", file)
     (run,), (test,) = load_runs_and_tests(days[:1], days[1:])
     assert (run.name, test.name) == ("monday/prbs", "tuesday/prbs")
+
+
+def test_a_run_that_is_learnt_from_is_not_held_out(run: Path) -> None:
+    copy = run.with_name("copy.csv")
+    copy.write_bytes(run.read_bytes())
+    with pytest.raises(LceError, match=r"copy\.csv: is held out, and learnt from as .*run\.csv"):
+        load_runs_and_tests([run], [copy])
+
+
+def test_fits_of_runs_of_one_name_are_saved_beside_each_other(tmp_path: Path, model: Path) -> None:
+    days = [tmp_path / day / "pulse.csv" for day in ("monday", "tuesday")]
+    for file, seconds in zip(days, (10, 12), strict=True):
+        file.parent.mkdir()
+        simulate.simulate(model, f"pulse:th={seconds},rest=20", file)
+    options = fit.Options(per_run=True, judged=False)
+    fits = fit.fit(days, tmp_path / "m.yaml", fit.ModelChoice(deformation="none"), options)
+    assert [one.file.name for one in fits.models] == ["m-monday-pulse.yaml", "m-tuesday-pulse.yaml"]
+    assert all(one.file.exists() for one in fits.models)
+
+
+def test_a_fit_is_saved_before_anything_is_said_of_it(
+    tmp_path: Path, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fit, "differing", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fit.fit([run], tmp_path / "m.yaml", fit.ModelChoice(deformation="none"))
+    assert load_model(tmp_path / "m.yaml").thermal == "lumped"
 
 
 def test_a_cancelled_comparison_writes_nothing(tmp_path: Path, run: Path, model: Path) -> None:

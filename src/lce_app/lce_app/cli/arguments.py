@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -123,14 +124,20 @@ def add_conditions(parser: argparse.ArgumentParser) -> None:
 
 def conditions(args: argparse.Namespace) -> dict[str, Any]:
     """What was said of a run, by key. Raises LceError for a text of another form or a value that cannot be."""
+    words = condition_words(args.condition)
+    named = {key: getattr(args, key) for key in ("specimen", "day", "notes")}
+    return parse_conditions(words | {key: text for key, text in named.items() if text is not None})
+
+
+def condition_words(texts: Iterable[str]) -> dict[str, str]:
+    """``["ambient_c=22.5"]`` as words by key. Raises LceError for a text of another form."""
     words = {}
-    for text in args.condition:
+    for text in texts:
         key, equals, value = text.partition("=")
         if not equals:
             raise LceError(f"--condition {text}: expected KEY=VALUE")
         words[key.strip()] = value.strip()
-    named = {key: getattr(args, key) for key in ("specimen", "day", "notes")}
-    return parse_conditions(words | {key: text for key, text in named.items() if text is not None})
+    return words
 
 
 def add_cluster(parser: argparse.ArgumentParser) -> None:
@@ -150,11 +157,32 @@ def check_inputs(runs: Iterable[Path] = (), models: Iterable[Path | None] = ()) 
     A command calls it before it imports the physics, which takes seconds: a mistyped path is reported at once.
     """
     for run in runs:
-        if not run.exists():
-            raise LceError(f"{run}: no such file or folder")
+        if not _exists(run):
+            raise LceError(f"{run}: no such file or folder, or not yours to read")
     for model in models:
-        if model is not None and not model.exists():
+        if model is not None and not _exists(model):
             raise LceError(f"{model}: No such file or directory")
+
+
+def check_outputs(*files: Path | None) -> None:
+    """Raise LceError for the first file that could not be written, before the minutes of work that it is to hold."""
+    for file in files:
+        if file is None:
+            continue
+        if _exists(file) and file.is_dir():
+            raise LceError(f"{file}: is a folder; name a file in it")
+        if not (_exists(file.parent) and file.parent.is_dir()):
+            raise LceError(f"{file}: there is no folder {file.parent}; make it first")
+        if not os.access(file.parent, os.W_OK):
+            raise LceError(f"{file}: the folder {file.parent} cannot be written")
+
+
+def _exists(path: Path) -> bool:
+    """Is there such a file or folder? A name that is too long, or a folder that is closed, holds none."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
 
 
 def print_files(*files: Path | None) -> None:

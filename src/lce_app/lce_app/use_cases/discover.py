@@ -96,6 +96,11 @@ def discover(
     model, (runs, test_runs) = load_model(model_file), load_runs_and_tests(run_files, test_files)
     model, _ = bounded(model, (), options.bounds)
     found = discovering.discover(model, runs, test_runs, options.discovery, progress)
+    report = ""
+    if report_file:
+        from lce_report.pages.discovery import render_discovery
+
+        report = render_discovery(found, runs, test_runs, progress)
     files = [out, *(out.with_stem(f"{out.stem}_{i}") for i in range(2, len(found.found) + 1))][: len(found.found)]
     rivals = {}
     for path, one in zip(files, found.found, strict=True):
@@ -106,7 +111,5 @@ def discover(
     if json_file:
         write_atomically(json_file, json.dumps(found.as_json(), indent=1) + "\n")
     if report_file:
-        from lce_report.pages.discovery import render_discovery
-
-        write_atomically(report_file, render_discovery(found, runs, test_runs))
+        write_atomically(report_file, report)
     return Written(found, tuple(files), rivals)

@@ -161,11 +161,13 @@ def fit(
     model, warnings = choose_model(choice, runs, start)
     with options.cluster.used():
         results = _results(model, runs, options, progress)
+        files = [_named(out, run) for run in runs] if options.per_run else [out]
+        pairs = list(zip(results, files, strict=False))  # fewer results than runs after Ctrl-C
+        for result, file in pairs:
+            save_model(result.model, file)
         interrupted = any(result.interrupted for result in results)
         if options.homogeneity and not options.per_run and not interrupted:
             warnings += differing(results[0].problem, options.search)
-        files = [_named(out, run) for run in runs] if options.per_run else [out]
-        pairs = list(zip(results, files, strict=False))  # fewer results than runs after Ctrl-C
         models = tuple(_with_intervals(result, file, options, progress) for result, file in pairs)
         for fitted in models:
             save_model(fitted.result.model, fitted.file)
@@ -222,7 +224,8 @@ def _results(model: Model, runs: Sequence[Run], options: Options, progress: Prog
 
 
 def _named(out: Path, run: Run) -> Path:
-    return out.with_name(f"{out.stem}-{run.name}{out.suffix}")
+    name = run.name.replace("/", "-")  # runs of one name have the name of their folder in front
+    return out.with_name(f"{out.stem}-{name}{out.suffix}")
 
 
 def _judged(fitted: FittedModel, options: Options, progress: Progress) -> FittedModel:

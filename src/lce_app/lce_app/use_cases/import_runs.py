@@ -92,13 +92,16 @@ def import_runs(
     names = [recording.path.stem for recording in recordings]
     if twice := {name for name in names if names.count(name) > 1}:
         raise LceError(f"several files are called {min(twice)}; import them into folders of their own")
+    if out.exists() and not out.is_dir():
+        raise LceError(f"{out}: is a file; --out names a folder")
     for recording in recordings:
         recording.check(out, options.conditions, options.overwrite)
+    written = [recording.write(out, options.conditions, options.overwrite) for recording in recordings]
     if report_file is not None:
         from lce_report.pages.recordings import render_recordings
 
         write_atomically(report_file, render_recordings(recordings))
-    return [recording.write(out, options.conditions, options.overwrite) for recording in recordings]
+    return written
 
 
 def _decided(options: Options, recording: Recording, picks: Sequence[Pick]) -> Options:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
+from lce_data.errors import LceError
 from lce_data.read_runs import read_runs
 from lce_data.run import Run
 from lce_data.suspicions import suspicions
@@ -37,9 +38,22 @@ def load_runs(files: Sequence[Path]) -> tuple[Run, ...]:
 
 
 def load_runs_and_tests(files: Sequence[Path], tests: Sequence[Path]) -> tuple[tuple[Run, ...], tuple[Run, ...]]:
-    """Read the runs to learn from and those held out; no two of them have the same name."""
-    runs = load_runs([*files, *tests])
-    return runs[: len(files)], runs[len(files) :]
+    """Read the runs to learn from and those held out, which have other names.
+
+    Raises
+    ------
+    LceError
+        If a run cannot be used, or is both learnt from and held out.
+    """
+    every = load_runs([*files, *tests])
+    runs, held_out = every[: len(files)], every[len(files) :]
+    known = {run.sha256: run for run in runs if run.sha256}
+    for run in held_out:
+        if run.sha256 in known:
+            raise LceError(
+                f"{run.path}: is held out, and learnt from as {known[run.sha256].path}; leave it out of one of the two"
+            )
+    return runs, held_out
 
 
 def load_model_and_effects(file: Path, named: Iterable[str]) -> tuple[Model, list[Effect]]:

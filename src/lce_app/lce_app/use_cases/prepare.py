@@ -47,8 +47,9 @@ def prepare_runs(files: Sequence[Path], recipe_file: Path, out: Path, overwrite:
         raise LceError(f"several runs would be written as {min(twice)}; prepare them into folders of their own")
     found = []
     for file, place in zip(files, outs, strict=True):
-        if place.exists() and not overwrite:
-            raise LceError(f"{place}: exists already; --force overwrites it")
+        for written in (place, place.with_suffix(".yaml"), place.with_suffix(".recipe.yaml")):
+            if written.exists() and not overwrite:
+                raise LceError(f"{written}: exists already; --force overwrites it")
         found.append(prepare(read_recording(file), recipe))
     return [
         Prepared(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from lce_app.errors import check_seed
 from lce_control.tuning.options import TuneOptions
 from lce_control.tuning.requirements import Requirements, Tuned
 from lce_control.tuning.search import refine
@@ -40,6 +41,9 @@ class Options:
     search: TuneOptions = field(default_factory=TuneOptions)
     on_nodes: bool = False
     strip: Path | None = None
+
+    def __post_init__(self) -> None:
+        check_seed(self.search.seed)
 
     @property
     def model_file(self) -> Path:

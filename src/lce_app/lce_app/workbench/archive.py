@@ -17,6 +17,7 @@ from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 from lce_app.workbench.session import NAME, Session
 from lce_data import __version__
 from lce_data.errors import LceError
+from lce_data.experiment_file import FILE_NAME
 
 VERSIONS: Final = "versions.txt"
 MOST_BYTES: Final = 20_000_000_000
@@ -41,7 +42,7 @@ def write(session: Session, runs: list[Path], file: Path) -> None:
     """
     root = session.folder.resolve()
     try:
-        with ZipFile(file, "w", ZIP_DEFLATED) as archive:
+        with ZipFile(file, "w", ZIP_DEFLATED, strict_timestamps=False) as archive:
             archive.writestr(f"{NAME}/{VERSIONS}", f"lce {__version__}\npython {platform.python_version()}\n")
             for path in _content(session, runs):
                 if path.resolve().is_relative_to(root):  # a link in somebody's folder may lead to your own files
@@ -79,8 +80,8 @@ def _content(session: Session, runs: list[Path]) -> Iterator[Path]:
     """Files to take along: the runs, what stands beside them, and the page's own, but for what was uploaded."""
     for run in runs:
         yield from (path for path in sorted(run.rglob("*")) if path.is_file()) if run.is_dir() else (run,)
-        beside = run.with_suffix(".yaml")
-        if not run.is_dir() and beside.is_file():
-            yield beside
+        folder = run if run.is_dir() else run.parent
+        in_the_bag = () if run.is_dir() else (run.with_suffix(".yaml"), folder / FILE_NAME)
+        yield from (p for p in (*in_the_bag, folder.parent / f"{folder.name}.{FILE_NAME}") if p.is_file())
     own = (path for path in sorted(session.place.rglob("*")) if path.is_file())
     yield from (path for path in own if not path.is_relative_to(session.uploads))

@@ -31,8 +31,8 @@ PREPARED_ROLES: Final[tuple[Role, Role]] = ("measured", "model")
 
 def diagnosis(found: DiagnosisRecord) -> Sequence[Block]:
     """The errors in three columns, what was added, and the ranking."""
-    ranking = [found.tables.ranking] if found.tables.ranking else []
-    return [*error_blocks(found.tables), *ranking]
+    tables = (found.tables.ranking, found.tables.not_tried)
+    return [*error_blocks(found.tables), *(table for table in tables if table)]
 
 
 def evidence(found: DiagnosisRecord) -> Sequence[Block]:

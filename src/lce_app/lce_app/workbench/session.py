@@ -25,6 +25,8 @@ if TYPE_CHECKING:  # the page comes first: without a recipe NumPy is not needed 
     from lce_data.preparing.recipe import Recipe
 
 Role = Literal["train", "test", "off"]
+DEEPEST: Final = 4
+"""Folders below that of the page in which runs are looked for."""
 NAME: Final = "workbench"
 FILE_NAME: Final = "session.yaml"
 
@@ -227,7 +229,7 @@ def is_run(path: Path) -> bool:
     return path.suffix.lower() in (".mcap", ".csv")
 
 
-def find_runs(folder: Path, depth: int = 4) -> dict[str, Path]:
+def find_runs(folder: Path, depth: int = DEEPEST) -> dict[str, Path]:
     """Paths that look like runs in a folder and below it, by their path from there; links out of it are left out.
 
     So are folders that may not be read.
@@ -259,9 +261,18 @@ def folder_and_roles(paths: Sequence[Path]) -> tuple[Path, dict[str, Role]]:
     ----------
     paths : one folder, whose runs keep the roles that they have; or runs, which are learnt from, all others beside
         them being left aside.
+
+    Raises
+    ------
+    LceError
+        If one of several paths is no run.
     """
     places = [path.resolve() for path in paths]
     if len(places) == 1 and places[0].is_dir() and not is_run(places[0]):
         return places[0], {}
     folder = Path(os.path.commonpath([place.parent for place in places]))
-    return folder, {name: "train" if path.resolve() in places else "off" for name, path in find_runs(folder).items()}
+    runs = {name: path.resolve() for name, path in find_runs(folder).items()}
+    for path in paths:
+        if path.resolve() not in runs.values():
+            raise LceError(f"{path}: is no run, or more than {DEEPEST} folders below {folder}")
+    return folder, {name: "train" if path in places else "off" for name, path in runs.items()}

@@ -90,7 +90,7 @@ def error_blocks(tables: DiagnosisTables) -> list[Block]:
 def candidates(tables: DiagnosisTables, leaders: Sequence[LeadingCandidate]) -> list[Block]:
     """The ranking, its leaders in detail, and the evidence behind a click."""
     ranking: list[Block] = [tables.ranking] if tables.ranking else ["No effect was tried: none promised enough."]
-    not_tried = [tables.not_tried] if tables.ranking and tables.not_tried else []
+    not_tried = [tables.not_tried] if tables.not_tried else []
     details = [block for candidate in leaders for block in candidate_blocks(candidate)]
     return [*ranking, *not_tried, *details, evidence_details(tables)]
 

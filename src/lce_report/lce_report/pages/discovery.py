@@ -8,6 +8,7 @@ from lce_analysis.comparison.compare import compare
 from lce_analysis.comparison.predictive_check import predictive_check
 from lce_analysis.discovery import Discovery
 from lce_analysis.options import CompareOptions
+from lce_data.progress import Progress, silent
 from lce_data.run import Run
 from lce_report.blocks import Block, Section
 from lce_report.discovery_tables import discovery_tables
@@ -31,13 +32,16 @@ ABOUT_OVERVIEW: Final = (
 FRAMED: Final = "What was found has a frame."
 
 
-def render_discovery(found: Discovery, runs: Sequence[Run], test_runs: Sequence[Run] = ()) -> str:
+def render_discovery(
+    found: Discovery, runs: Sequence[Run], test_runs: Sequence[Run] = (), progress: Progress = silent
+) -> str:
     """A discovery as one self-contained HTML file.
 
     Parameters
     ----------
     found : what was found, with its evidence.
     runs, test_runs : those it was found from, and those held out.
+    progress : called after each simulation of the predictive check.
 
     Returns
     -------
@@ -53,8 +57,9 @@ def render_discovery(found: Discovery, runs: Sequence[Run], test_runs: Sequence[
     models = {"as given": found.given, "refitted": found.before}
     if found.found:
         models["as found"] = found.model
-    compared = {label: compare(model, every, CompareOptions(drive=found.drive)) for label, model in models.items()}
-    check = predictive_check(found.model, test_runs or runs, runs, options=CompareOptions(drive=found.drive))
+    options = CompareOptions(drive=found.drive)
+    compared = {label: compare(model, every, options) for label, model in models.items()}
+    check = predictive_check(found.model, test_runs or runs, runs, options=options, progress=progress)
     sections = [
         *discovery_sections(found, error_reductions(compared, held_out)),
         predictive_check_section(check),

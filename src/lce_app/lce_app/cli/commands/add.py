@@ -14,6 +14,7 @@ from lce_app.cli.arguments import (
     add_test_runs,
     bounds,
     check_inputs,
+    check_outputs,
     print_files,
 )
 from lce_data.units import after_number
@@ -40,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Add, refit, write the model file, print what it did."""
     check_inputs([*args.runs, *args.test], [args.model])
+    check_outputs(args.out, args.report)
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.add_effect import add_effect
 

@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_model, add_runs, check_inputs, print_files
+from lce_app.cli.arguments import add_model, add_runs, check_inputs, check_outputs, print_files
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
@@ -44,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Compare, print a table and where the error sits, write what was asked for."""
     check_inputs(args.runs, [args.model])
+    check_outputs(args.json, args.report)
     from lce_analysis.options import CompareOptions
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.compare import compare

@@ -12,6 +12,7 @@ from lce_app.cli.arguments import (
     add_pace,
     add_settings,
     check_inputs,
+    check_outputs,
     conditions,
     print_files,
     settings,
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Record a run for each target, print the figures, write what was asked for."""
     check_inputs(models=[args.model, args.strip])
+    check_outputs(args.json, args.report)
     if args.gains is not None and not args.gains.is_file():
         raise LceError(f"{args.gains}: no such file")
     from lce_app.cli.progress_bar import RecordingBar

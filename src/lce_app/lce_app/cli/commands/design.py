@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from lce_analysis.options import DesignOptions
-from lce_app.cli.arguments import add_model, check_inputs
+from lce_app.cli.arguments import add_model, check_inputs, check_outputs
 from lce_data.errors import LceError
 from lce_data.units import KELVIN
 
@@ -38,11 +38,12 @@ def main(args: argparse.Namespace) -> int:
     if not (comma and first and second):
         raise LceError(f"--between {args.between}: expected two effects, A,B")
     check_inputs(models=[args.model])
+    check_outputs(args.out)
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.design import Options, design
 
     limits = DesignOptions(args.max_power, args.max_temperature + KELVIN, args.duration, args.seed)
-    with FitBar() as bar:
+    with FitBar("separation {:.3g} σ") as bar:
         designed = design(args.model, (first, second), args.out, Options(limits), bar)
     print("\n".join(designed.sentences))
     print(f"{args.out}   (lce run {args.out})")

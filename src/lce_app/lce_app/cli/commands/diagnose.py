@@ -15,6 +15,7 @@ from lce_app.cli.arguments import (
     add_test_runs,
     bounds,
     check_inputs,
+    check_outputs,
     print_files,
 )
 
@@ -45,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Diagnose, print the answer and the candidates, write what was asked for."""
     check_inputs([*args.runs, *args.test], [args.model])
+    check_outputs(args.json, args.report)
     from lce_app.cli.progress_bar import FitBar
     from lce_app.cluster import Cluster
     from lce_app.use_cases.diagnose import Options, diagnose

@@ -8,7 +8,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import add_bounds, add_model, add_runs, add_test_runs, bounds, check_inputs, print_files
+from lce_app.cli.arguments import (
+    add_bounds,
+    add_model,
+    add_runs,
+    add_test_runs,
+    bounds,
+    check_inputs,
+    check_outputs,
+    print_files,
+)
 
 if TYPE_CHECKING:
     from lce_app.use_cases.discover import Written
@@ -30,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Discover, print the answer, write what was asked for."""
     check_inputs([*args.runs, *args.test], [args.model])
+    check_outputs(args.out, args.json, args.report)
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.discover import Options, discover
 

@@ -16,6 +16,7 @@ from lce_app.cli.arguments import (
     add_settings,
     bounds,
     check_inputs,
+    check_outputs,
     settings,
 )
 
@@ -83,6 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Fit, print what was found, write the model file or files."""
     check_inputs(args.runs, [args.start])
+    check_outputs(args.out)
     from lce_analysis.options import FitOptions
     from lce_app.cli.progress_bar import FitBar
     from lce_app.cluster import Cluster

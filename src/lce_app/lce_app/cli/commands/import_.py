@@ -7,9 +7,9 @@ import argparse
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import check_inputs, print_files
+from lce_app.cli.arguments import check_inputs, condition_words, print_files
 from lce_data.errors import LceError
 
 if TYPE_CHECKING:
@@ -57,12 +57,13 @@ def main(args: argparse.Namespace) -> int:
     """Understand, show, ask about guesses, write."""
     check_inputs(args.files)
     from lce_app.use_cases.import_runs import Options, import_runs, understand
+    from lce_data.given_conditions import parse_conditions
     from lce_data.importing.recording import Pick
 
     options = Options(
         tuple(_parsed("--column", text, Pick) for text in args.column),
         tuple(_parsed("--topic", text, Pick) for text in args.topic),
-        dict(_condition(text) for text in args.condition),
+        parse_conditions(condition_words(args.condition)),
         args.force,
     )
     recordings = understand(args.files, options, None if args.yes else _ask)
@@ -77,17 +78,6 @@ def _parsed(option: str, text: str, pick: type[Pick]) -> Pick:
         return pick.parse(text)
     except LceError as error:
         raise LceError(f"{option} {error}") from None
-
-
-def _condition(text: str) -> tuple[str, Any]:
-    """``ambient_c=22.5`` as key and value."""
-    from lce_data.run_csv import note
-
-    key, equals, value = text.partition("=")
-    found = note(f"{key}: {value}") if equals else {}
-    if not found:
-        raise LceError(f"--condition {text!r}: expected KEY=VALUE")
-    return next(iter(found.items()))
 
 
 def _show(recording: Recording) -> None:

@@ -7,7 +7,7 @@ import argparse
 import math
 from pathlib import Path
 
-from lce_app.cli.arguments import add_effect_files, check_inputs, print_files
+from lce_app.cli.arguments import add_effect_files, check_inputs, check_outputs, print_files
 from lce_app.cli.table import table
 
 EXAMPLES = ("lce tune --model m.yaml --out gains.yaml --overshoot 0.01",)
@@ -56,6 +56,7 @@ def main(args: argparse.Namespace) -> int:
     """Search, refine, write."""
     strip = None if args.bench == Path() else args.bench
     check_inputs(models=[args.model, strip])
+    check_outputs(args.out, args.report)
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.tune import Options, tune
     from lce_control.tuning.options import TuneOptions

@@ -70,7 +70,8 @@ def _in_url(host: str) -> str:
 def _free_port(host: str, port: int) -> int:
     """The port, or for 0 one that is free. Raises LceError if the server could not listen there."""
     try:
-        with socket.create_server((host, port)) as server:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        with socket.create_server((host, port), family=family) as server:
             return int(server.getsockname()[1])
     except (OSError, OverflowError) as error:
         raise LceError(f"{host}:{port}: {error}; --port and --host choose another") from None

@@ -160,8 +160,14 @@ def _condition(key: str, value: Any) -> str:
 def measured(run: Run) -> list[str]:
     """What was measured how often, and for how long."""
     length_s = max(series.time_s[-1] for series in run.series.values())
-    rates = {channel.symbol: 1.0 / float(np.median(np.diff(s.time_s))) for channel, s in run.series.items()}
-    return [f"{length_s:.0f} s", *(f"{symbol} at {rate:.3g} Hz" for symbol, rate in rates.items())]
+    often = [f"{channel.symbol} {_how_often(series)}" for channel, series in run.series.items()]
+    return [f"{length_s:.0f} s", *often]
+
+
+def _how_often(series: Series) -> str:
+    if series.time_s.size < 2:
+        return "once"
+    return f"at {1.0 / float(np.median(np.diff(series.time_s))):.3g} Hz"
 
 
 def _thumbnail(run: Run) -> None:
