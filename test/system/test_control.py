@@ -222,7 +222,11 @@ def test_nonsense_at_the_inner_loop_is_zero_power(graph: Graph, setpoint_c: floa
     assert len(commands) >= 15 and (commands.data[-1] > 0.0) is lit
 
 
-def test_a_setpoint_that_falls_silent_is_zero_power_until_somebody_arms_again(graph: Graph) -> None:
+@pytest.mark.parametrize("last_c", [None, math.nan])
+def test_a_setpoint_that_falls_silent_is_zero_power_until_somebody_arms_again(
+    graph: Graph, last_c: float | None
+) -> None:
+    """Silent, as one whose node was killed, or NaN, as that of an outer controller that has a fault."""
     graph.add(registry.INNER.load(), sim_time=True)
     operator = graph.probe("operator", sim_time=True)
     setpoints, camera = (operator.advertise(Temperature, topic) for topic in ("temperature_setpoint", "temperature"))
@@ -234,13 +238,13 @@ def test_a_setpoint_that_falls_silent_is_zero_power_until_somebody_arms_again(gr
         measured.header.stamp = to_stamp(graph.time_s)
         camera.publish(measured)
 
-    def publish() -> None:
+    def publish(setpoint_c: float = 80.0) -> None:
         measure()
-        setpoints.publish(Temperature(temperature=80.0))
+        setpoints.publish(Temperature(temperature=setpoint_c))
 
     graph.lockstep(20, publish)
     assert commands.data[-1] > 0.0
-    graph.lockstep(70, measure)
+    graph.lockstep(70, measure if last_c is None else lambda: publish(last_c))
     before = len(commands)
     graph.lockstep(50, publish)
     assert set(commands.data[before:]) == {0.0}, "the outer controller is back"
@@ -268,6 +272,11 @@ def test_gains_are_live_within_their_ranges_and_do_not_move_the_command(graph: G
         for name, value in (("kp", -1.0), ("n", 0.0), ("filter_s", 60.0), ("max_power_w", math.nan)):
             [result] = inner.set_parameters([Parameter(name, value=value)])
             assert not result.successful and name in result.reason
+        for name, lower, higher in (("setpoint_timeout_s", 0.05, 0.09), ("setpoint_fault_s", 0.3, 5.0)):
+            assert [inner.set_parameters([Parameter(name, value=x)])[0].successful for x in (lower, higher)] == [
+                True,
+                False,
+            ]
         descriptor = inner.describe_parameter("ki")
         assert "W/(K s)" in descriptor.description and descriptor.floating_point_range[0].from_value == 0.0
 

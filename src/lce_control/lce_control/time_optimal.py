@@ -46,7 +46,7 @@ def fastest_power_w(
     def too_much(power_w: float) -> bool:
         then = strip.copy()
         then.step(power_w, period_s)
-        return then.temperature_k > hottest_k or _coasts_beyond(then, target_m + rate_m_s * period_s, rate_m_s)
+        return not then.temperature_k <= hottest_k or _coasts_beyond(then, target_m + rate_m_s * period_s, rate_m_s)
 
     if not too_much(max_power_w):
         return max_power_w
@@ -61,7 +61,7 @@ def _coasts_beyond(strip: Stepper, target_m: float, rate_m_s: float) -> bool:
     """Whether a strip that is left in the dark is, or will be, beyond the target [m]."""
     over_m = strip.displacement_m - target_m
     for _ in range(LONGEST_COASTING):
-        if over_m > 0.0:
+        if not over_m <= 0.0:  # NaN, too, calls for no light
             return True
         strip.step(0.0, COASTING_S)
         target_m += rate_m_s * COASTING_S

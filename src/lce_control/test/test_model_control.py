@@ -10,11 +10,25 @@ from lce_control.filters import Sample
 from lce_control.model_control import ModelController
 from lce_control.observer import Observer
 from lce_control.step_metrics import step_metrics
+from lce_control.time_optimal import fastest_power_w
 from lce_control.tuning.bang_bang import bang_bang
 from lce_control.tuning.closed_loop import Sensors, run
 from lce_model import Stepper, default_model
 
 STRIP = default_model("lumped", "kinetic").set({"lumped.gain": 73.0, "stretch_law.alpha": 2.2})
+
+
+def test_a_strip_whose_displacement_is_no_number_gets_no_light() -> None:
+    class Strip:
+        temperature_k, displacement_m = 300.0, math.nan
+
+        def copy(self) -> "Strip":
+            return self
+
+        def step(self, power_w: float, duration_s: float) -> None:
+            pass
+
+    assert fastest_power_w(Strip(), 1e-3, 0.1, 2.0) == 0.0  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("target_m", [1.0e-3, 3.0e-3])

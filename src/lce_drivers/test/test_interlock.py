@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from lce_drivers.laser.interlock import Interlock, TemperatureLimits
+from lce_drivers.laser.power_guard import PowerGuard, PowerLimits
 
 LIMITS = TemperatureLimits(max_temperature_k=390.0)
 
@@ -45,6 +46,26 @@ def test_light_is_permitted_while_readings_are_fresh() -> None:
     assert not lock.permits(1.21, 0.5)
     lock.read(320.0, 1.25)
     assert lock.permits(1.3, 0.5) and lock.fault is None
+
+
+@pytest.mark.parametrize("every", [1, 13, 20, 40])
+def test_a_silent_camera_is_a_fault_however_slow_the_commander_is(every: int) -> None:
+    guard, lock = PowerGuard(PowerLimits(max_power_w=2.0)), warm()
+    for k in range(100, 300):
+        now_s = 0.01 * k
+        if k % every == 0:
+            guard.command(0.5, now_s - 0.001, now_s - 0.001)
+        wanted_w = guard.power_w(now_s, now_s)
+        lock.permits(now_s, wanted_w if guard.heard(now_s) else None)
+    assert lock.fault == "no temperature for 0.5 s"
+
+
+def test_a_temperature_from_before_the_newest_is_a_fault() -> None:
+    lock = warm()
+    lock.read(360.0, 0.95, 1.05)
+    assert lock.fault == "a temperature is stamped 0.050 s before the one that came before it"
+    lock.read(320.0, 1.1)
+    assert lock.reset(1.1) is None
 
 
 def test_a_pause_of_the_camera_becomes_a_fault_after_500_ms() -> None:

@@ -3,6 +3,7 @@ import signal
 import socket
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,18 @@ def test_the_node_drives_the_device_and_leaves_it_dark(graph: Graph, device: Lab
     process.wait(timeout=20)
     assert device.dac0_v == 0.0
     assert process.returncode == 0
+
+
+def test_a_laser_that_another_process_has_is_refused_before_its_device_is_touched(
+    graph: Graph, device: LabJackEmulator
+) -> None:
+    def taken(_: Laser) -> None:
+        raise NodeFault("another process has it")
+
+    before = dict(device.registers)
+    with pytest.raises(NodeFault, match="another process has it"):
+        graph.add(partial(Laser, taken), **on(device))
+    assert device.registers == before
 
 
 def test_a_real_laser_starts_disarmed_and_lights_up_for_nobody_who_has_not_armed_it(

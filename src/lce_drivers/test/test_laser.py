@@ -45,6 +45,23 @@ def test_an_invalid_command_is_a_fault() -> None:
     assert guard.invalid_commands == 1
 
 
+@pytest.mark.parametrize(("power_w", "sent_s", "told"), [(math.nan, 1.0, "not a power"), (1.0, 61.0, "in the future")])
+def test_an_invalid_command_is_told_at_once_though_another_follows_in_the_same_tick(
+    power_w: float, sent_s: float, told: str
+) -> None:
+    guard = PowerGuard(LIMITS)
+    assert told in str(guard.command(power_w, sent_s, 1.0))
+    assert guard.command(1.0, 1.001, 1.001) is None
+
+
+def test_a_slow_commander_is_heard_and_one_that_left_is_not() -> None:
+    guard = PowerGuard(LIMITS)
+    assert not guard.heard(0.0)
+    guard.command(1.0, 1.0, 1.0)
+    guard.power_w(1.01, 1.01)
+    assert guard.heard(1.39) and not guard.heard(1.41)
+
+
 def test_a_commander_that_ended_with_zero_has_abandoned_the_laser() -> None:
     guard = PowerGuard(LIMITS)
     assert not guard.abandoned(9.0), "there was none"

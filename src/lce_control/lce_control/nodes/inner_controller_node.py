@@ -9,12 +9,13 @@ Parameters  kp, ki, kd            W/K, W/(K s), W s/K: (6.11) unless set
             n, setpoint_weight, derivative_weight, filter_gain, filter_s, horizon_s   see PID and LowPass
             max_power_w           W, limit of the command
             setpoint_timeout_s    s, a setpoint older than this is ignored
-            setpoint_fault_s      s, a silence of the setpoint, while one is followed, that is a fault
+            setpoint_fault_s      s, without a setpoint, or with NaN, after one was followed: a fault
             temperature_timeout_s s, a temperature older than this is ignored
 
-All parameters are live. The node publishes a command at once after each setpoint, and at 100 Hz without any. The
-command is zero without a fresh setpoint or temperature, and while the laser is not armed; afterwards control starts
-anew. After a fault it stays zero until the laser is disarmed and armed. When the node ends, its last command is zero.
+All parameters are live; the times can only be lowered. The node publishes a command at once after each setpoint, and at
+100 Hz without any. The command is zero without a fresh setpoint or temperature, and while the laser is not armed;
+afterwards control starts anew. After a fault it stays zero until the laser is disarmed and armed. When the node ends,
+its last command is zero.
 """
 
 import math
@@ -46,16 +47,35 @@ class InnerController(PowerControllerNode):
         super().__init__("inner_controller", **options)
         self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
         self.declare(
-            "setpoint_timeout_s", 0.1, "a setpoint older than this is ignored", unit="s", lower=0.02, upper=1.0
+            "setpoint_timeout_s",
+            0.1,
+            "a setpoint older than this is ignored",
+            unit="s",
+            lower=0.02,
+            upper=1.0,
+            only_lower=True,
         )
         self.declare(
-            "setpoint_fault_s", 0.5, "a silence of the setpoint that is a fault", unit="s", lower=0.1, upper=10.0
+            "setpoint_fault_s",
+            0.5,
+            "a silence of the setpoint that is a fault",
+            unit="s",
+            lower=0.1,
+            upper=10.0,
+            only_lower=True,
         )
         self.declare(
-            "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
+            "temperature_timeout_s",
+            0.2,
+            "a temperature older than this is ignored",
+            unit="s",
+            lower=0.1,
+            upper=5.0,
+            only_lower=True,
         )
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
         self._setpoint: Sample | None = None
+        self._finite: Sample | None = None
         self._follows, self._fault = False, ""
         self._temperature: Sample | None = None
         self.listen(Temperature, TEMPERATURE.topic, self._take_temperature)
@@ -72,7 +92,6 @@ class InnerController(PowerControllerNode):
         elif self._fault:
             self._rest(Level.ERROR, f"{FAULT}{self._fault}")
         elif setpoint is None or not math.isfinite(setpoint.value):
-            self._follows = False
             self._rest(Level.OK, "no setpoint")
         elif not self.is_fresh(setpoint, now_s, "setpoint_timeout_s"):
             self._rest(Level.WARN, "the setpoint is stale")
@@ -91,10 +110,13 @@ class InnerController(PowerControllerNode):
         self.command(power_w)
 
     def _judge(self, now_s: float) -> None:
-        """Latch the fault of an outer controller that fell silent; disarming the laser clears it."""
+        """Latch the fault of an outer controller that fell silent, or gave up; disarming the laser clears it.
+
+        Were it not latched here, another outer controller would bring back the light.
+        """
         if not self.laser_armed:
             self._follows, self._fault = False, ""
-        elif self._follows and not self._fault and not self.is_fresh(self._setpoint, now_s, "setpoint_fault_s"):
+        elif self._follows and not self._fault and not self.is_fresh(self._finite, now_s, "setpoint_fault_s"):
             self._fault = f"no setpoint for {self.value('setpoint_fault_s'):g} s"
             self.get_logger().error(f"{self._fault}. Disarm the laser and arm it to go on.")
 
@@ -104,6 +126,8 @@ class InnerController(PowerControllerNode):
 
     def _take_setpoint(self, message: Temperature) -> None:
         self._setpoint = Sample(to_kelvin(message.temperature), min(self.sent_s, self.now_s()))
+        if math.isfinite(message.temperature):
+            self._finite = self._setpoint
 
     def _take_temperature(self, message: Temperature) -> None:
         if math.isfinite(message.temperature):

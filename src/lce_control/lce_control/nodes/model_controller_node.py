@@ -68,7 +68,13 @@ class ModelController(PowerControllerNode):
                                            lower=0.001, upper=5.0, read_only=True),
         }  # fmt: skip
         self.declare(
-            "temperature_timeout_s", 0.2, "a temperature older than this is ignored", unit="s", lower=0.1, upper=5.0
+            "temperature_timeout_s",
+            0.2,
+            "a temperature older than this is ignored",
+            unit="s",
+            lower=0.1,
+            upper=5.0,
+            only_lower=True,
         )
         model, hottest_k = load_model(model_file) if model_file else default_model(), to_kelvin(hottest_c)
         with interruptible():  # the first time, the kernel of the model is compiled

@@ -28,21 +28,32 @@ class ClockWatch:
 
 
 class StallWatch:
-    """Notices that a process was held up with the light on: stopped and continued, swapped out, starved.
+    """Notices what nobody watched with the light on: a process that was held up, a clock that was set.
 
-    A stalled process cannot end the light. When it goes on it must not continue either: nobody watched the strip, and
-    the device's watchdog may have darkened it meanwhile.
+    A process that is stopped, swapped out or starved cannot end the light. When it goes on it must not continue either:
+    nobody watched the strip, and the device's watchdog may have darkened it meanwhile. A clock that is set makes every
+    age wrong, and a slew limit and a waveform jump with it.
     """
 
     def __init__(self, limit_s: float) -> None:
-        """``limit_s`` [s] : longest time between two ticks of which the first one left the light on."""
+        """``limit_s`` [s] : longest time between two ticks of which the first one left the light on, and step of the
+        clock between them.
+        """
         self._limit_s = limit_s
-        self._last_s: float | None = None
+        self._last: tuple[float, float] | None = None
 
-    def tick(self, steady_s: float, lit: bool) -> str | None:
-        """One tick at ``steady_s`` [s] of a steady clock; the fault, or None. ``lit``: the light is on until now."""
-        gap_s = 0.0 if self._last_s is None else steady_s - self._last_s
-        self._last_s = steady_s
-        return (
-            f"the laser node stood still for {gap_s:.2f} s with the light on" if lit and gap_s > self._limit_s else None
-        )
+    def tick(self, steady_s: float, now_s: float, lit: bool) -> str | None:
+        """One tick at ``steady_s`` [s] of a steady clock and ``now_s`` [s] of the node's; the fault, or None.
+
+        ``lit`` : the light is on until now.
+        """
+        before, self._last = self._last, (steady_s, now_s)
+        if before is None or not lit:
+            return None
+        gap_s = steady_s - before[0]
+        step_s = now_s - before[1] - gap_s
+        if gap_s > self._limit_s:
+            return f"the laser node stood still for {gap_s:.2f} s with the light on"
+        if abs(step_s) > self._limit_s:
+            return f"the clock was set {'forward' if step_s > 0.0 else 'back'} by {abs(step_s):.2f} s with the light on"
+        return None

@@ -53,6 +53,7 @@ class Interlock:
         fault     a > fault_after_s while somebody commands the laser, even to zero
                   no reading yet, and light wanted for fault_after_s - pause_after_s
                   T is not finite, T < min_temperature_k or T > max_temperature_k
+                  T is stamped before T': nobody knows which of the two is the newer one
                   |T - T'| > max_jump_k, no more than fault_after_s apart: no strip does that, a broken camera does
                   T stayed the same bit for bit through frozen_after_s of light, be it in pieces: a camera that works
                   has noise
@@ -74,6 +75,8 @@ class Interlock:
             self._ahead_s = measured_s - now_s
             return None
         before, self._last, self._ahead_s = self._last, (temperature_k, measured_s), 0.0
+        if before is not None and measured_s < before[1]:
+            return f"a temperature is stamped {before[1] - measured_s:.3f} s before the one that came before it"
         if before is None or temperature_k != before[0]:
             self._same_since_s, self._lit_s = measured_s, 0.0
         return self._wrong_with(temperature_k) or self._jump(before) or self._frozen(self._lit_s)

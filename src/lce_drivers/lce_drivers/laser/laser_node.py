@@ -41,12 +41,15 @@ its watchdog. A device that does not answer ends the node with status 1. The sta
 
 import math
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, Final
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import SetBool, Trigger
@@ -80,7 +83,8 @@ class Laser(ManagedNode):
 
     reports_on = "output"
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, claim: Callable[["Laser"], object] = lambda _: None, **options: Any) -> None:
+        """``claim`` is called before the device is opened; it raises if another process has the laser."""
         super().__init__("laser", **options)
         declare_limits(self)
         device = self.declare("device", "simulated", "what drives the laser", choices=tuple(DEVICES), read_only=True)
@@ -96,6 +100,7 @@ class Laser(ManagedNode):
         self._announced: tuple[bool, str | None] | None = None
         self._announced_s = 0.0
         self._power_w = 0.0
+        self.add_on_set_parameters_callback(self._refusal)
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
         self._power = self.advertise(Float64, POWER.topic)
         self._power_stamped = self.advertise(Float64Stamped, stamped_topic(POWER.topic))
@@ -111,6 +116,7 @@ class Laser(ManagedNode):
             self._clock_watch, self._stall_watch = ClockWatch(), StallWatch(self.value("max_tick_gap_s"))
             self._steady = Clock(clock_type=ClockType.STEADY_TIME)
             self.create_timer(CLOCK_CHECK_S, self._check_clock, clock=self._steady)
+        claim(self)
         self.start()
 
     def open_device(self) -> None:
@@ -169,7 +175,7 @@ class Laser(ManagedNode):
             return
         now_s = self.now_s()
         if not self.on_sim_time:
-            self._check_stall()
+            self._check_stall(now_s)
         wanted_w = self._guard.power_w(self.tick_s, now_s)
         self._judge(now_s, wanted_w)
         cold = self._interlock is not None and wanted_w > 0.0 and not self._interlock.is_fresh(now_s)
@@ -210,11 +216,11 @@ class Laser(ManagedNode):
             if self._device.makes_light and self._guard.abandoned(now_s):
                 self._arming.disarm()  # whoever commands next has to be let in by somebody
         if self._interlock is not None:
-            wanted = None if not self._guard.commanded else wanted_w if armed else 0.0
+            wanted = None if not self._guard.heard(now_s) else wanted_w if armed else 0.0
             self._arming.latch(self._interlock.judge(now_s, wanted))
 
-    def _check_stall(self) -> None:
-        stall = self._stall_watch.tick(self._steady.now().nanoseconds * 1e-9, self._power_w > 0.0)
+    def _check_stall(self, now_s: float) -> None:
+        stall = self._stall_watch.tick(self._steady.now().nanoseconds * 1e-9, now_s, self._power_w > 0.0)
         if stall is not None:
             self._arming.latch(stall)
             self._arming.latch(self._mismatch())
@@ -290,7 +296,9 @@ class Laser(ManagedNode):
             return
         now_s = self.now_s()
         self._arming.latch(self._sources[COMMAND].heard(self.sent_number, now_s))
-        self._guard.command(message.data, self.sent_s, now_s)
+        nonsense = self._guard.command(message.data, self.sent_s, now_s)
+        if self._arming.armed:
+            self._arming.latch(nonsense)
         self._command_stamped.publish(stamped_number(message.data, self.sent_s))
 
     def _take_temperature(self, message: Temperature) -> None:
@@ -300,6 +308,15 @@ class Laser(ManagedNode):
         self._arming.latch(self._sources[TEMPERATURE.topic].heard(self.sent_number, now_s))
         stamp_s = from_stamp(message.header.stamp)
         self._arming.latch(self._interlock.read(to_kelvin(message.temperature), stamp_s, now_s))
+
+    def _refusal(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Refuse a highest temperature that leaves none that is allowed."""
+        lowest_c = self.value("min_temperature_c")
+        for parameter in parameters:
+            if parameter.name == "max_temperature_c" and not parameter.value > lowest_c:
+                why = f"max_temperature_c: {parameter.value:g} °C is not above min_temperature_c, {lowest_c:g} °C"
+                return SetParametersResult(successful=False, reason=why)
+        return SetParametersResult(successful=True)
 
     def _follow_parameters(self) -> None:
         device_w = math.inf if self._output is None else self._output.max_power_w
@@ -312,12 +329,10 @@ def main(args: list[str] | None = None) -> int:
     """Entry point of the executable; the exit status."""
     with ExitStack() as claims:
 
-        def only() -> Laser:
-            laser = Laser()
+        def claim(laser: Laser) -> None:
             claims.enter_context(only_laser(laser.context.get_domain_id(), laser.get_fully_qualified_name()))
-            return laser
 
-        return run(only, args)
+        return run(lambda: Laser(claim), args)
 
 
 if __name__ == "__main__":

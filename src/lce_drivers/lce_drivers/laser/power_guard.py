@@ -91,12 +91,17 @@ class PowerGuard:
         self._power_w = 0.0
         self._applied_s = math.inf
 
-    def command(self, power_w: float, sent_s: float, now_s: float) -> None:
-        """Take in at ``now_s`` [s] a command [W] published at ``sent_s`` [s]."""
+    def command(self, power_w: float, sent_s: float, now_s: float) -> str | None:
+        """Take in at ``now_s`` [s] a command [W] published at ``sent_s`` [s]; returns what is wrong with it, or None.
+
+        Another command may follow before the next tick, so the fault is not left to that.
+        """
         self._ahead = sent_s > now_s + AHEAD_S
-        if self._ahead or not _is_power(power_w):
-            self.invalid_commands += 1
         self._commands.put(math.nan if self._ahead else power_w, min(sent_s, now_s))
+        if not self._ahead and _is_power(power_w):
+            return None
+        self.invalid_commands += 1
+        return (State.AHEAD if self._ahead else State.INVALID).value
 
     def power_w(self, tick_s: float, now_s: float) -> float:
         """Power [W] for the tick at ``tick_s``; ``now_s`` [s] is later if the tick comes late."""
@@ -109,10 +114,12 @@ class PowerGuard:
         self._power_w, self._applied_s = wanted, now_s
         return wanted
 
-    @property
-    def commanded(self) -> bool:
-        """Whether the last power came from a fresh command; a command of zero and an invalid one count too."""
-        return self.state not in (State.WAITING, State.STALE)
+    def heard(self, now_s: float) -> bool:
+        """Whether somebody commands, be it slowly, or zero or nonsense; to be asked after ``power_w``.
+
+        Silence that would be a fault with the light on is nobody; a timeout earlier it is not waited for any longer.
+        """
+        return self._commands.age(now_s) <= self.limits.fault_after_s - self.limits.command_timeout_s
 
     def fault(self, now_s: float) -> str | None:
         """Whether the commander fell silent with the light on, or talks nonsense; to be asked after ``power_w``."""
