@@ -107,6 +107,15 @@ def test_one_parameter_set_for_each_run() -> None:
     assert second.model["lumped.tau"] == pytest.approx(40.0, rel=0.02)
 
 
+def test_ctrl_c_keeps_the_fits_of_the_runs_before() -> None:
+    def interrupt(label: str, *_: float) -> None:
+        if label.startswith("run-1"):
+            raise KeyboardInterrupt
+
+    found = fit_each(HEATER, runs_of(HEATER, seed=3, count=3), progress=interrupt)
+    assert len(found) in (1, 2) and not found[0].interrupted
+
+
 def test_a_run_that_begins_under_power_has_a_step_in_it() -> None:
     (run,) = runs_of(HEATER, 0, 1)
     time, noise = np.arange(0.0, 90.0, 0.1), 0.06 * np.random.default_rng(0).standard_normal(900)

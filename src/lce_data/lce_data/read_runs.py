@@ -2,6 +2,7 @@
 """Read experiments: a rosbag2 folder, an MCAP file or a CSV file becomes a Run in SI units."""
 
 import hashlib
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -36,22 +37,33 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
     Returns
     -------
     tuple[Run, ...]
-        In the order given; runs of the same name get the name of their folder in front.
+        In the order given; runs of the same name get the names of their folders in front, as many as tell them apart.
 
     Raises
     ------
     LceError
-        As `read_run`.
+        As `read_run`, or if a run is given twice.
 
     Examples
     --------
     >>> runs = read_runs(["runs/pulse", "runs/stairs.csv"])  # doctest: +SKIP
     """
     runs = [read_run(p) for p in paths]
-    names = [r.name for r in runs]
-    return tuple(
-        r if names.count(r.name) == 1 else replace(r, name=f"{r.path.resolve().parent.name}/{r.name}") for r in runs
-    )
+    places = [run.path.resolve() for run in runs]
+    for run, place in zip(runs, places, strict=True):
+        if places.count(place) > 1:
+            raise LceError(f"{run.path}: is given twice")
+    # A bag and a CSV of one name, beside each other, differ in what is behind it.
+    beside_it = Counter((place.parent, run.name) for run, place in zip(runs, places, strict=True))
+    plain = [p.name if beside_it[p.parent, run.name] > 1 else run.name for run, p in zip(runs, places, strict=True)]
+    names, depth = plain, 0
+    while len(set(names)) < len(names):
+        depth += 1
+        names = [
+            "/".join((*place.parts[1:-1][-depth:], name)) if plain.count(name) > 1 else name
+            for name, place in zip(plain, places, strict=True)
+        ]
+    return tuple(replace(run, name=name) for run, name in zip(runs, names, strict=True))
 
 
 def read_run(path: str | Path) -> Run:

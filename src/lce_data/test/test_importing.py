@@ -211,6 +211,13 @@ def test_a_recording_is_not_written_over_itself_or_another(tmp_path: Path) -> No
     with pytest.raises(LceError, match="exists already; --force overwrites it"):
         recording.write(tmp_path / "runs", {})
     assert read_run(tmp_path / "runs" / "x.csv").experiment.conditions.load_n == 0.2
+    models = tmp_path / "models"
+    models.mkdir()
+    (models / "x.yaml").write_text("a model", encoding="utf-8")
+    with pytest.raises(LceError, match=r"x\.yaml: exists already; --force overwrites it"):
+        recording.write(models, {})
+    with pytest.raises(LceError, match=r"x\.csv: cannot be made"):
+        recording.write(tmp_path / "x.csv", {})
 
 
 @pytest.mark.parametrize("header", ["T setpoint", "target_temperature", "note", "flow_l", "reference power"])

@@ -88,6 +88,16 @@ def test_runs_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> Non
     runs = read_runs(paths)
     assert [r.name for r in runs] == ["monday/run", "tuesday/run", "other"]
     assert runs[0].sha256 == runs[1].sha256  # of the data, wherever they lie
+    with pytest.raises(LceError, match=r"other\.csv: is given twice"):
+        read_runs([*paths, paths[-1]])
+
+
+def test_runs_of_one_name_in_folders_of_one_name_are_told_apart_too(tmp_path: Path) -> None:
+    folders = [tmp_path / place for place in ("monday/runs", "tuesday/runs")]
+    for folder in folders:
+        folder.mkdir(parents=True)
+    runs = read_runs([csv(folder, ROWS) for folder in folders])
+    assert [r.name for r in runs] == ["monday/runs/run", "tuesday/runs/run"]
 
 
 def _with(row: int, cell: int, text: str) -> Callable[[list[str]], list[str]]:

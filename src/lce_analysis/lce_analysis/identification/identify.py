@@ -122,9 +122,21 @@ def fit_each(
     progress: Progress = silent,
     cancel: CancelToken | None = None,
 ) -> tuple[FitResult, ...]:
-    """One parameter set for each run, as in the tables of Wu (2021); see :func:`fit`."""
+    """One parameter set for each run, as in the tables of Wu (2021); see :func:`fit`.
+
+    After Ctrl-C those of the runs before, and the present one as far as it is.
+    """
     tasks = [partial(_fit_one, model, run, options) for run in runs]
-    return tuple(each(tasks, "one fit for each run", watched(progress, cancel)))
+    found: list[FitResult] = []
+    try:
+        for result in each(tasks, "one fit for each run", watched(progress, cancel)):
+            found.append(result)
+            if result.interrupted:
+                break
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    return tuple(found)
 
 
 def _fit_one(model: Model, run: Run, options: FitOptions, progress: Progress) -> FitResult:

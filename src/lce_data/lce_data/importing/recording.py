@@ -183,8 +183,9 @@ class Recording:
         out = folder / f"{self.path.stem}.csv"
         if out.resolve() == self.path.resolve():
             raise LceError(f"{out} is the file that is read; choose another --out")
-        if out.exists() and not overwrite:
-            raise LceError(f"{out}: exists already; --force overwrites it")
+        for file in (out, out.with_suffix(".yaml")):
+            if file.exists() and not overwrite:
+                raise LceError(f"{file}: exists already; --force overwrites it")
         imported = {
             "file": self.path.name,
             "sha256": run.sha256,
@@ -207,7 +208,10 @@ class Recording:
         """
         out, run, about = self.check(folder, conditions, overwrite)
         time_s, values = run.aligned()
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise LceError(f"{folder}: cannot be made ({error.strerror})") from None
         write_run_csv(out, time_s, values, about)
         return out
 
