@@ -12,10 +12,15 @@ import pytest
 from lce_analysis import DiagnoseOptions, FitOptions
 from lce_analysis.diagnosis import chain
 from lce_analysis.diagnosis.accepted import VariationStep
-from lce_analysis.diagnosis.looking_back import _is_at_a_bound, _without_difference, keep_what_explains
+from lce_analysis.diagnosis.looking_back import (
+    _is_at_a_bound,
+    _without_difference,
+    keep_what_explains,
+    take_back_refuted,
+)
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import Data, StagedFit
-from lce_analysis.diagnosis.variation import variation_trial
+from lce_analysis.diagnosis.variation import _refitted, variation_trial
 from lce_data.channels import DISPLACEMENT, TEMPERATURE
 from lce_data.progress import silent
 from lce_data.run import Run, Series
@@ -122,6 +127,21 @@ def test_an_effect_is_judged_anew_once_what_differed_beside_it_is_taken_out() ->
     search.finish()
     (step,) = search.steps
     assert (step.held_out.how, step.held_out.names) == ("each run in turn", tuple(run.name for run in runs))
+
+
+def test_what_differs_beside_an_effect_that_is_taken_back_has_to_explain_most_without_it() -> None:
+    """A wave that nothing explains is most of what is left; the ambient temperatures differ by a little."""
+    runs = [heater(f"day-{i}", 40.0, 296.0 + 0.3 * i, i) for i in range(3)]
+    for i, run in enumerate(runs):
+        run.series[TEMPERATURE].value[:] += np.sin(0.5 * run.series[TEMPERATURE].time_s + i)
+    search = Search(HEATER, runs, (), [find("ambient_drift")], DiagnoseOptions(), silent)
+    stage = search.present.heat[0]
+    differing = _refitted(stage, "ambient.t_env", 1.0, search.options, silent)
+    held_out = search.left_out.errors(stage, differing.fit.problem, differing.key)
+    search.accept(search._variation_step(replace(differing, held_out=held_out)))
+    search.accept(search._step(search.trials.of(find("ambient_drift"), search.present.heat), ("ambient_drift",)))
+    take_back_refuted(search)
+    assert search.accepted == [] and not search.present.model.varies
 
 
 def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -> None:

@@ -211,11 +211,6 @@ class Chain:
         self.bearing.discard(step.added)
         self.take_out(step, present, partial(Model.without, effect=reference))
 
-    def take_back(self, step: Step, reason: Objection) -> None:
-        """Go on without an effect that was accepted, for a reason found when the search was over."""
-        self.drop(step, reason)
-        self.finish()
-
     def take_out(self, step: Accepted, present: StagedFit, change: Callable[[Model], Model]) -> None:
         """Go on without a step that was accepted; ``present`` is what all the others give."""
         # By its label: what was taken out before has left the later steps with fits of their own.

@@ -76,7 +76,8 @@ def signatures_left(search: Search) -> tuple[Signature, ...]:
     for step in reversed(search.steps):
         before, after = beside(step.without), beside(step.with_it)
         if lives_on(step.trial.effect.name, signatures(before), before, after, search.options):
-            search.take_back(step, "disturbed")
+            search.drop(step, "disturbed")
+            search.finish()
     if len(search.steps) < found:
         take_back_refuted(search)
     return signatures(beside(search.present))

@@ -32,9 +32,7 @@ def keep_what_explains(chain: Chain, heat: bool) -> None:
     """
     _take_back_needless_differences(chain, heat)
     _take_back_parts(chain, heat)
-    if chain.of_part(heat, VariationStep) and not _differences_explain(chain, heat):
-        for step in reversed(chain.of_part(heat, VariationStep)):
-            _take_out_difference(chain, step, chain.refitted(_without_difference(chain.present.model, step.key)))
+    if _take_out_differences_that_explain_too_little(chain, heat):
         _take_back_parts(chain, heat)
 
 
@@ -52,9 +50,15 @@ def take_back_superfluous(chain: Chain) -> None:
 
 
 def take_back_refuted(chain: Chain) -> None:
-    """Take back effects, the last of a part first, until the final tables bear that one out."""
+    """Take back effects, the last of a part first, until the final tables bear that one out.
+
+    What differs from run to run beside an effect that is taken back has to explain most without it as well.
+    """
     while refuted := next(_refuted(chain), None):
-        chain.take_back(*refuted)
+        step, reason = refuted
+        chain.drop(step, reason)
+        _take_out_differences_that_explain_too_little(chain, step.trial.stage.part == "heat")
+        chain.finish()
 
 
 def helped(step: Step, options: DiagnoseOptions) -> bool:
@@ -146,6 +150,16 @@ def _bears_the_others(chain: Chain, step: Step) -> bool:
     return reduction_of(without.fit.mean_squares, with_it.fit.mean_squares) >= least and all(
         reduction(before, after, without.channels) >= least for before, after in pairs
     )
+
+
+def _take_out_differences_that_explain_too_little(chain: Chain, heat: bool) -> bool:
+    """Take out all that differs from run to run in a part of the model, unless it explains most; whether it was."""
+    steps = chain.of_part(heat, VariationStep)
+    if not steps or _differences_explain(chain, heat):
+        return False
+    for step in reversed(steps):
+        _take_out_difference(chain, step, chain.refitted(_without_difference(chain.present.model, step.key)))
+    return True
 
 
 def _differences_explain(chain: Chain, heat: bool) -> bool:
