@@ -79,7 +79,9 @@ def test_another_base_model_explains_what_the_best_trial_of_a_wrong_one_leaves()
 def test_each_base_model_that_begins_nearly_as_well_as_the_best_is_searched() -> None:
     runs = recorded(lce.default_model("lumped", "equilibrium", ("phase_kinetics",)).set({"phase_kinetics.tau_x": 2.0}))
     candidates = [find("phase_kinetics")]
-    wrong = Search(lce.default_model("lumped", "dynamic"), runs[:2], runs[2:], candidates, DiagnoseOptions(), silent)
+    # The refit of the wrong model ends in one of several minima, as the last digits have it.
+    options, start = DiagnoseOptions(other_begins=5.0), lce.default_model("lumped", "dynamic")
+    wrong = Search(start, runs[:2], runs[2:], candidates, options, silent)
     found = OtherBases(wrong).better()
     # Without effects the kinetic model, in which all takes time, leaves a little less.
     assert found is not None and found.deformation == "equilibrium" and found.added == ["phase_kinetics"]
