@@ -265,6 +265,8 @@ def test_the_limits_can_only_be_tightened(graph: Graph) -> None:
         assert not result.successful and name in result.reason, name
     [result] = supervised.laser.set_parameters([Parameter("max_temperature_c", value=-45.0)])
     assert not result.successful and "not above min_temperature_c" in result.reason
+    [result] = supervised.laser.set_parameters([Parameter("max_temperature_c", value="cool")])
+    assert not result.successful
     [result] = supervised.laser.set_parameters([Parameter("max_temperature_c", value=39.0)])
     assert result.successful
     assert supervised.run(15)[-1] == 0.0

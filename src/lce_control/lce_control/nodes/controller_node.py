@@ -38,6 +38,14 @@ class ControllerNode(LceNode):
         """Log what this controller does, in one line at its start."""
         self.get_logger().info(f"{1 / PERIOD_S:g} Hz; {text}")
 
+    def declare_time(self, name: str, default: float, description: str, lower: float, upper: float) -> None:
+        """Declare how old [s] something may be; a running node takes a lower one only, or anybody could loosen it."""
+        self.declare(name, default, description, unit="s", lower=lower, upper=upper, only_lower=True)
+
+    def declare_temperature_timeout(self) -> None:
+        """Declare temperature_timeout_s."""
+        self.declare_time("temperature_timeout_s", 0.2, "a temperature older than this is ignored", 0.1, 5.0)
+
     def driven_by(self, msg_type: Any, topic: str, take: Callable[[Any], None]) -> None:
         """Take in each message of ``topic``, then step."""
 

@@ -25,10 +25,8 @@ class DisplacementInput:
     """
 
     def __init__(self, node: ControllerNode) -> None:
-        node.declare("displacement_timeout_s", 0.1, "a displacement older than this is ignored", unit="s",
-                     lower=0.02, upper=1.0, only_lower=True)  # fmt: skip
-        node.declare("displacement_fault_s", 0.5, "a silence of the displacement that is a fault", unit="s",
-                     lower=0.1, upper=10.0, only_lower=True)  # fmt: skip
+        node.declare_time("displacement_timeout_s", 0.1, "a displacement older than this is ignored", 0.02, 1.0)
+        node.declare_time("displacement_fault_s", 0.5, "a silence of the displacement that is a fault", 0.1, 10.0)
         node.declare("frozen_after_s", 0.15, "a displacement that repeats itself for so long is a fault; 0: never",
                      unit="s", lower=0.0, upper=60.0, read_only=True)  # fmt: skip
         self.newest: Sample | None = None

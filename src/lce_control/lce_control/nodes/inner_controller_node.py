@@ -46,33 +46,9 @@ class InnerController(PowerControllerNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("inner_controller", **options)
         self.declare("max_power_w", 2.0, "limit of the command", unit="W", lower=0.0, upper=10.0)
-        self.declare(
-            "setpoint_timeout_s",
-            0.1,
-            "a setpoint older than this is ignored",
-            unit="s",
-            lower=0.02,
-            upper=1.0,
-            only_lower=True,
-        )
-        self.declare(
-            "setpoint_fault_s",
-            0.5,
-            "a silence of the setpoint that is a fault",
-            unit="s",
-            lower=0.1,
-            upper=10.0,
-            only_lower=True,
-        )
-        self.declare(
-            "temperature_timeout_s",
-            0.2,
-            "a temperature older than this is ignored",
-            unit="s",
-            lower=0.1,
-            upper=5.0,
-            only_lower=True,
-        )
+        self.declare_time("setpoint_timeout_s", 0.1, "a setpoint older than this is ignored", 0.02, 1.0)
+        self.declare_time("setpoint_fault_s", 0.5, "a silence of the setpoint that is a fault", 0.1, 10.0)
+        self.declare_temperature_timeout()
         self._loop = declare_loop(self, TUNED, lambda: Limits(0.0, self.value("max_power_w")), "W", "K")
         self._setpoint: Sample | None = None
         self._finite: Sample | None = None

@@ -67,15 +67,7 @@ class ModelController(PowerControllerNode):
                                            "standard deviation of the camera's noise", unit="K",
                                            lower=0.001, upper=5.0, read_only=True),
         }  # fmt: skip
-        self.declare(
-            "temperature_timeout_s",
-            0.2,
-            "a temperature older than this is ignored",
-            unit="s",
-            lower=0.1,
-            upper=5.0,
-            only_lower=True,
-        )
+        self.declare_temperature_timeout()
         model, hottest_k = load_model(model_file) if model_file else default_model(), to_kelvin(hottest_c)
         with interruptible():  # the first time, the kernel of the model is compiled
             self._chart = InverseChart(model, hottest_k=min(hottest_k, HOTTEST_K))

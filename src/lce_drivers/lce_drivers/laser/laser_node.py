@@ -313,8 +313,9 @@ class Laser(ManagedNode):
         """Refuse a highest temperature that leaves none that is allowed."""
         lowest_c = self.value("min_temperature_c")
         for parameter in parameters:
-            if parameter.name == "max_temperature_c" and not parameter.value > lowest_c:
-                why = f"max_temperature_c: {parameter.value:g} °C is not above min_temperature_c, {lowest_c:g} °C"
+            highest_c = parameter.value if parameter.name == "max_temperature_c" else math.inf
+            if isinstance(highest_c, float) and not highest_c > lowest_c:  # a text is refused by its type
+                why = f"max_temperature_c: {highest_c:g} °C is not above min_temperature_c, {lowest_c:g} °C"
                 return SetParametersResult(successful=False, reason=why)
         return SetParametersResult(successful=True)
 
