@@ -20,6 +20,8 @@ class FitOptions:
     Parameters
     ----------
     drive : with "measured" the stages are identified one after the other only.
+    time_constants : of the lumped heat [s], from each of which its identification begins; without any, it begins at the
+        values of the model.
     seed : of the random starts and populations; the same seed gives the same result.
     random_guesses, starts : parameter sets tried at random, and how many of the best become starts of the least
         squares (§4.5 of Wu (2021)).
@@ -56,6 +58,7 @@ class FitOptions:
     """
 
     drive: Drive = "model"
+    time_constants: tuple[float, ...] = (5.0, 20.0, 80.0, 320.0)
     seed: int = 0
     random_guesses: int = 2000
     starts: int = 20
@@ -76,6 +79,8 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         _check_drive(self.drive)
+        if not all(math.isfinite(tau) and tau > 0.0 for tau in self.time_constants):
+            raise LceError(f"time_constants: {self.time_constants} must be above 0")
         _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "profile_points")
         _check_at_least(self, 0, "seed", "reweighted")
         _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "bootstrap_block")

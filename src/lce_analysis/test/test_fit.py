@@ -78,6 +78,14 @@ def test_without_rounds_of_the_joint_fit_each_stage_ends_at_the_noise_by_itself(
         assert entry["displacement_nrmse"] == pytest.approx(4e-6 / np.std(run.displacement.value), rel=0.1)
 
 
+def test_without_time_constants_the_heat_begins_where_it_stands() -> None:
+    runs = runs_of(HEATER, seed=0)
+    everywhere = fit(HEATER, runs)
+    there = fit(everywhere.model, runs, FitOptions(time_constants=()))
+    np.testing.assert_allclose(there.model.vector, everywhere.model.vector, rtol=1e-4)
+    assert there.evaluations < 0.25 * everywhere.evaluations
+
+
 def test_the_same_seed_gives_the_same_model() -> None:
     """But for rounding, which was seen to change with where in memory the arrays lie."""
     runs = runs_of(default_model(), seed=2, count=1, duration_s=50.0)

@@ -24,6 +24,7 @@ def test_an_unknown_drive(options: type[Any]) -> None:
 @pytest.mark.parametrize(
     ("options", "field", "value", "message"),
     [
+        (FitOptions, "time_constants", (5.0, 0.0), r"\(5.0, 0.0\) must be above 0"),
         (FitOptions, "starts", 0, "0 is not 1 or more"),
         (FitOptions, "seed", -1, "-1 must be 0 or above"),
         (FitOptions, "negligible", 0.0, "0 must be above 0"),

@@ -162,14 +162,14 @@ class Chain:
         return sum(misfit.mean_square(channel) for channel in misfit.total)
 
     def identified_anew(self, present: StagedFit) -> StagedFit | None:
-        """The model identified from scratch, its deformation driven as it is judged; None if that explains no more.
+        """The deformation identified from scratch behind the present heat; None if that explains no more.
 
-        Of the runs as recorded: with fewer samples of a fast movement another minimum may be the best. It is identified
-        once more where the first starts led no further.
+        From the runs as recorded, driven as it is judged: with fewer samples of a fast movement another minimum may be
+        the best. It is identified once more where the first starts led no further.
         """
         runs = self.data.judged.runs
         for seed in OTHER_STARTS:
-            options = FitOptions(drive=present.drive, seed=seed)
+            options = FitOptions(drive=present.drive, time_constants=(), seed=seed)
             found = self.refitted(rough_fit(present.model, runs, options, self.progress))
             # Once more, without the samples around the jumps of what was found.
             anew = self.refitted(found.model)

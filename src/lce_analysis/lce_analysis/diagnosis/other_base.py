@@ -35,8 +35,8 @@ QUICKEST: Final = "equilibrium"
 """The one whose search takes a few seconds."""
 SLOWEST: Final = "dynamic"
 """The one whose identification takes a search for the global minimum."""
-QUICK: Final = FitOptions(random_guesses=400, starts=4, reweighted=0, slow=5.0)
-"""Of a fit that is to compare models, not to publish one: they are refitted before they are judged."""
+QUICK: Final = FitOptions(time_constants=(), random_guesses=400, starts=4, reweighted=0, slow=5.0)
+"""Of a fit that is to compare models, not to publish one: behind the present heat, and refitted before it is judged."""
 
 
 @dataclass(frozen=True)

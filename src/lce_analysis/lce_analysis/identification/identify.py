@@ -268,8 +268,10 @@ class _Search:
 
     def _thermal_guesses(self) -> Iterator[Model]:
         """Several time constants of a lumped model; a Hammerstein–Wiener model begins as the lumped one that fits."""
-        if self.model.thermal == "lumped":
-            yield from (with_thermal_guess(self.model, self.inputs, tau) for tau in (5.0, 20.0, 80.0, 320.0))
+        if not self.options.time_constants:
+            yield self.model
+        elif self.model.thermal == "lumped":
+            yield from (with_thermal_guess(self.model, self.inputs, tau) for tau in self.options.time_constants)
         else:
             lumped = _Search(default_model("lumped", "none"), self.inputs, self.options, self.progress)
             lumped.thermal()
