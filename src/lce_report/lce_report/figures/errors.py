@@ -89,7 +89,7 @@ def where(channel: Channel, found: ErrorShares) -> Grid:
             Bars(f"{heading} beside the samples", "1", tuple(alone), (error, samples), ".0%", full=1.0),
             _shares(channel, f"{heading} by run and cycle", "cycle", [str(n) for n in cycles], by_run, "cycle"),
         ),
-        (6, 6, 5),
+        (7, 6, 4),
     )
 
 
