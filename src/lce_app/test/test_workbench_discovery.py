@@ -145,6 +145,20 @@ def test_the_button_comes_after_unexplained_alone(folder: Path) -> None:
     tell(folder, story)
 
 
+def test_an_answer_of_other_runs_than_those_in_use_says_so(folder: Path) -> None:
+    names = {role: [run.name for run in opened(folder).runs(role).values()] for role in ("train", "test")}
+    record = {**DIAGNOSIS, "runs": names["train"], "held_out": names["test"]}
+    (folder / "workbench" / "diagnosis-1.json").write_text(json.dumps(record))
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        await user.should_see("Unexplained: no effect of the library explains what is left")
+        await user.should_not_see(marker="other runs")
+        state.set_role("stairs.csv", "off")
+        await user.should_see(content="found from pulse, stairs; judged on holds. Diagnose again")
+
+    tell(folder, story)
+
+
 def test_the_base_model_that_does_better_is_identified_by_a_click(folder: Path) -> None:
     warm_up()
     better = {"deformation": "none", "effects": ["radiation"], "varies": [], "added": ["radiation"]}

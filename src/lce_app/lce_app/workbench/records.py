@@ -54,7 +54,10 @@ class OtherBaseRecord(Struct, frozen=True):
 
 
 class DiagnosisRecord(Struct, frozen=True):
-    """What the page shows of a diagnosis: its JSON, with the tables and pictures of its report."""
+    """What the page shows of a diagnosis: its JSON, with the tables and pictures of its report.
+
+    runs, held_out : names of the runs that it was found from and judged on; None if an earlier version did not say.
+    """
 
     verdict: Verdict
     sentences: tuple[str, ...]
@@ -64,6 +67,8 @@ class DiagnosisRecord(Struct, frozen=True):
     leading: tuple[LeadingCandidate, ...]
     sections: tuple[KeptSection, ...] = ()
     other_base: OtherBaseRecord | None = None
+    runs: tuple[str, ...] | None = None
+    held_out: tuple[str, ...] | None = None
 
 
 class FoundRecord(Struct, frozen=True):
@@ -114,7 +119,8 @@ def diagnosis_record(found: Diagnosis) -> dict[str, Any]:
     """What :class:`DiagnosisRecord` reads, as plain values."""
     more = {"tables": diagnosis_tables(found), "leading": leading_candidates(found)}
     shown = [kept(signature_section(found.signatures))] if found.signatures else []
-    return {**found.as_detailed_json(), **to_builtins(more), "sections": [as_plain(section) for section in shown]}
+    of_runs = {"runs": found.runs, "held_out": found.held_out}
+    return {**found.as_detailed_json(), **to_builtins(more), **of_runs, "sections": [as_plain(one) for one in shown]}
 
 
 def read_diagnosis(file: Path) -> DiagnosisRecord:

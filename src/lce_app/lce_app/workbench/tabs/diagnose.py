@@ -15,7 +15,7 @@ from lce_app.workbench.error_notification import notify_errors
 from lce_app.workbench.figures import Figures
 from lce_app.workbench.kept_blocks import blocks_of
 from lce_app.workbench.memory import turn_to
-from lce_app.workbench.records import CandidateRecord, OtherBaseRecord
+from lce_app.workbench.records import CandidateRecord, DiagnosisRecord, OtherBaseRecord
 from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs import discover
 from lce_app.workbench.texts import code, heading
@@ -49,6 +49,7 @@ def fill(state: WorkbenchState) -> None:
     if found is None:
         ui.label("This model has not been diagnosed yet.")
         return
+    _other_runs(state, found)
     with ui.element("section").classes("answer").props('aria-label="the answer"'):
         heading(OTHER_BASE if found.other_base else VERDICTS[found.verdict]).mark("verdict")
         for sentence in found.sentences:
@@ -87,6 +88,20 @@ def diagnose(state: WorkbenchState) -> None:
         model=state.session.model_file(number),
         out=state.session.diagnosis_file(number),
     )
+
+
+def _other_runs(state: WorkbenchState, found: DiagnosisRecord) -> None:
+    """A line above an answer that was found from other runs than those in use now."""
+    if found.runs is None or found.held_out is None:
+        return
+    then, now = (found.runs, found.held_out), (state.runs("train"), state.runs("test"))
+    if all(sorted(a) == sorted(run.name for run in b.values()) for a, b in zip(then, now, strict=True)):
+        return
+    judged = f"judged on {', '.join(found.held_out)}" if found.held_out else "none was held out"
+    ui.label(
+        f"This answer is of other runs than those in use now: found from {', '.join(found.runs)}; {judged}. "
+        "Diagnose again to ask those in use."
+    ).mark("other runs")
 
 
 def _begin_button(state: WorkbenchState, other: OtherBaseRecord) -> None:
