@@ -55,6 +55,21 @@ def test_what_differs_is_not_refitted_where_it_explains_nothing() -> None:
     assert found is None and refits == []
 
 
+def test_a_parameter_at_its_bound_promises_nothing_in_the_name_of_an_effect() -> None:
+    """The gain is 50 K/W and may be 40: whatever lets it go on would explain all, and no refit does."""
+    runs = [heater(f"day-{i}", 50.0, 296.0, i) for i in range(2)]
+    effects = [find(name) for name in ("camera_lag", "ambient_drift", "laser_droop", "radiation")]
+    search = Search(HEATER.hold({"lumped.gain": (20.0, 40.0)}), runs, (), effects, DiagnoseOptions(), silent)
+    (heat,) = search.present.heat
+    at = [heat.fit.problem.model.values[i].key for i in heat.fit.problem.free].index("lumped.gain")
+    assert heat.fit.problem.model["lumped.gain"] > 39.99 and heat.fit.jacobian[:, at].any()
+    assert not heat.fit.movable[:, at].any()
+    others = [j for j in range(heat.fit.free) if j != at]
+    assert np.array_equal(heat.fit.movable[:, others], heat.fit.jacobian[:, others])
+    for trial in (search.trials.of(effect, (heat,)) for effect in effects):
+        assert trial.predicted_reduction < trial.reduction + 0.1
+
+
 def test_a_better_minimum_that_the_search_comes_upon_is_that_of_the_base() -> None:
     runs = [heater(f"day-{i}", 40.0, 296.0, i) for i in range(2)]
     search = Search(HEATER.set({"lumped.tau": 12.0}).fix(["lumped.tau"]), runs, (), (), DiagnoseOptions(), silent)

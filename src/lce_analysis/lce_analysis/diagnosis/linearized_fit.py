@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lce_analysis.identification.at_bounds import AT
 from lce_analysis.identification.least_squares import SLOW
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.identification.random_effects import settle
@@ -39,6 +40,17 @@ class LinearizedFit:
     def independent(self) -> int:
         """The same, where the values of the runs and the value of all count once."""
         return self.free - len(self.problem.varying)
+
+    @cached_property
+    def movable(self) -> Floats:
+        """The Jacobian, 0 in the column of a parameter that would leave its bounds if it lowered the error further."""
+        k = len(self.problem.free)
+        place = self.problem.transformation.to_box(self.problem.model.vector[list(self.problem.free)])
+        downhill = -(self.residual @ self.jacobian[:, :k])
+        held = ((place >= 1.0 - AT) & (downhill > 0.0)) | ((place <= AT) & (downhill < 0.0))
+        found = self.jacobian.copy()
+        found[:, :k][:, held] = 0.0
+        return found
 
     @property
     def error(self) -> float:

@@ -193,4 +193,4 @@ def _table(fit: LinearizedFit, effects: Sequence[Effect]) -> tuple[tuple[Directi
     columns = tuple(d for effect in effects for d in directions(effect, duration))
     response = problem.response(np.array([problem.model.vector, *(d.row(problem.model) for d in columns)]))
     slopes = (response[1:] - response[0]) / np.array([[d.step_size] for d in columns])
-    return columns, np.vstack([fit.jacobian.T, np.where(np.isfinite(slopes), slopes, 0.0), -fit.residual])
+    return columns, np.vstack([fit.movable.T, np.where(np.isfinite(slopes), slopes, 0.0), -fit.residual])

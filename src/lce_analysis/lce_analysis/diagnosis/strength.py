@@ -110,7 +110,7 @@ def strengths(fit: LinearizedFit, column: int, held: Sequence[int] = ()) -> Stre
     runs = len(fit.problem.inputs)
     blocks = _blocks(fit)
     own = fit.jacobian[:, column]
-    others = np.delete(fit.jacobian, [column, *held], axis=1)
+    others = np.delete(fit.movable, [column, *held], axis=1)
     position = fit.problem.free[column]
     value = float(fit.problem.model.vector[position])
     slope = float(fit.problem.slopes[column])
