@@ -11,7 +11,7 @@ import pytest
 from lce_analysis.diagnosis.accepted import Step
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
-from lce_analysis.diagnosis.looking_back import _explains, bends_the_heat
+from lce_analysis.diagnosis.looking_back import _explained, _explains, _not_borne_out, bends_the_heat
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.search import Search
@@ -244,6 +244,32 @@ def test_a_sensor_of_its_own_stage_may_rise_less_than_one_of_another() -> None:
     assert gets_worse(heat, bent, OPTIONS)
 
 
+@pytest.mark.parametrize(
+    ("temperature", "displacement", "worse"),
+    [
+        ((50.0, 1.0), (20.0, 60.0), False),
+        ((50.0, 1.0), (3.0, 60.0), True),
+        ((50.0, 2.0), (20.0, 60.0), True),
+        ((50.0, 2.0), (20.0, 40.0), False),
+    ],
+    ids=["explained", "the displacement was near its noise", "not explained", "by less than half of what it gains"],
+)
+def test_a_displacement_far_from_explained_says_nothing_of_what_explains_the_temperature(
+    temperature: tuple[float, float], displacement: tuple[float, float], worse: bool
+) -> None:
+    heat = StageProblem("heat", _fit(50.0, 0.0, TEMPERATURE), (), "model")
+    before, after = ({TEMPERATURE: t, DISPLACEMENT: d} for t, d in zip(temperature, displacement, strict=True))
+    assert gets_worse(heat, _held_out(before, after), OPTIONS) is worse
+
+
+@pytest.mark.parametrize(("after", "reason"), [(1.0, ""), (1.46, "small"), (1.6, "worse")])
+def test_the_final_tables_have_to_show_that_an_effect_is_worth_having(after: float, reason: str) -> None:
+    train = _misfit({DISPLACEMENT: 1.5}), _misfit({DISPLACEMENT: 1.0})
+    held_out = _held_out({DISPLACEMENT: 1.5}, {DISPLACEMENT: after})
+    step: Any = SimpleNamespace(trial=GOOD, train=train, held_out=held_out, actual_reduction=1.0)
+    assert _not_borne_out(step, OPTIONS) == reason
+
+
 def test_a_trial_frees_every_parameter_of_the_effect_that_a_fit_may_change() -> None:
     radiation = find("radiation")
     model = MODEL.add("radiation")
@@ -355,3 +381,24 @@ def test_the_last_effect_takes_most_of_a_sensor_that_it_acts_on(
         return Pair(before, now, before, now)
 
     assert _explains(last, OPTIONS, pair((1.1, 0.97), (8.0, after)), pair((1.2, 0.99), runs)) is explained
+
+
+@pytest.mark.parametrize(("differing", "after", "explained"), [(1, 1.9, False), (1, 1.4, True), (0, 1.9, True)])
+def test_beside_what_differs_in_its_part_most_is_enough_only_of_what_is_explained(
+    differing: int, after: float, explained: bool
+) -> None:
+    """It leaves ``after`` of 4, where most would be 2.35 and explained is 1.44."""
+    stage = SimpleNamespace(channels=(TEMPERATURE,), drive="model", part="heat")
+    trial: Any = SimpleNamespace(stage=stage, effect=find("radiation"))
+    unused: Any = None
+    before, now = _misfit({TEMPERATURE: 4.0}), _misfit({TEMPERATURE: after})
+    model = SimpleNamespace(varies={"lumped.gain": unused}, without=lambda _: unused)
+    chain: Any = SimpleNamespace(
+        options=OPTIONS,
+        present=SimpleNamespace(model=model),
+        of_part=lambda heat, _: [unused] * differing,
+        refitted_part=lambda *_: SimpleNamespace(model=unused),
+        left_out=SimpleNamespace(on_test_runs=lambda *_: None),
+        of_the_runs=lambda _: Pair(before, now, before, now),
+    )
+    assert _explained(chain, Step(unused, unused, unused, unused, trial, ("radiation",))) is explained

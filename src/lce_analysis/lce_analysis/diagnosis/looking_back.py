@@ -14,7 +14,6 @@ from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, reduction_of, 
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
-from lce_analysis.identification.by_run import may_vary
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
@@ -79,12 +78,19 @@ def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
     return after.mean_square(TEMPERATURE) > (1.0 + options.worse) * before.mean_square(TEMPERATURE)
 
 
+def _not_borne_out(step: Step, options: DiagnoseOptions) -> Objection:
+    """What the final tables say against a step: that they do not bear it out, or that it is hardly worth having."""
+    if not helped(step, options):
+        return "worse"
+    return on_data_left_out(step.trial.stage, step.held_out, options)
+
+
 def _refuted(chain: Chain) -> Iterator[tuple[Step, Objection]]:
     """The last effect of each part of the model that the final tables do not bear out, and why."""
     for heat in (False, True):
         effects = chain.of_part(heat, Step)
         for last in effects[-1:]:
-            reason = _stands_in(chain, last) if helped(last, chain.options) else "worse"
+            reason = _not_borne_out(last, chain.options) or _stands_in(chain, last)
             if reason and not (reason == "part" and last.added in chain.bearing):
                 yield last, reason
 
@@ -183,15 +189,15 @@ def _explained(chain: Chain, last: Step) -> bool:
     """Does the last effect take most of what would be left without it?
 
     Where nothing differs from run to run, on data left out and in the runs; else of the runs, with what differs on
-    either side, and of the error of the runs held out. Where each run has a model of its own, no parameter of the base
-    being one for all, it has to take nearly all.
+    either side, and of the error of the runs held out. Beside what was found to differ in its part of the model it has
+    to take nearly all of what it does not explain: with values of its own for each run, most is easily taken by what
+    resembles the true effect.
     """
     options, stage = chain.options, last.trial.stage
     if not chain.present.model.varies:
         return _explains(last, options, last.held_out.errors, chain.of_the_runs(last.without.model))
-    present = chain.present.stage(stage.part)
-    if present is not None and not may_vary(present.fit.problem):
-        options = replace(options, most=options.nearly_all)
+    if chain.of_part(stage.part == "heat", VariationStep):
+        options = replace(options, near=options.explained)
     without = chain.refitted_part(chain.present.model.without(last.trial.effect.reference), stage.part)
     tested = chain.left_out.on_test_runs(stage, without.model, chain.present.model)
     if tested is not None:

@@ -36,7 +36,7 @@ QUICKEST: Final = "equilibrium"
 SLOWEST: Final = "dynamic"
 """The one whose identification takes a search for the global minimum."""
 QUICK: Final = FitOptions(time_constants=(), random_guesses=400, starts=4, reweighted=0, slow=5.0)
-"""Of a fit that is to compare models, not to publish one: behind the present heat, and refitted before it is judged."""
+"""Of a fit that is to compare models, behind the present heat; one that is searched for effects is refitted first."""
 
 
 @dataclass(frozen=True)

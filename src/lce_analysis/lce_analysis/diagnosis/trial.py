@@ -199,14 +199,19 @@ def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, op
     """Does the error of a sensor of the stage rise by more than the share allowed, beyond the noise?
 
     A sensor of another stage may rise by as much as it may be bent; what lies behind the heat, whose temperature an
-    effect of the heat corrects, also by half of what the temperature gains.
+    effect of the heat corrects, also by half of what the temperature gains. Where the effect explains the temperature,
+    a displacement that was far from explained without it does not speak: something is missing behind the heat as well,
+    which the wrong temperature may have hidden.
     """
     falls = {c: before.mean_square(c) - after.mean_square(c) for c in before.total}
     most = max((fall for c, fall in falls.items() if c in stage.channels), default=0.0)
+    explained = all(after.mean_square(c) <= options.explained**2 for c in stage.channels if c in after.total)
     for channel, fall in falls.items():
+        own, behind = channel in stage.channels, stage.part == "heat" and channel not in stage.channels
+        if behind and explained and before.mean_square(channel) > options.near**2:
+            continue
         scale = max(before.mean_square(channel), NOISE)
-        paid = 0.5 * most if stage.part == "heat" else 0.0
-        limit = allowed * scale if channel in stage.channels else max(options.bent * scale, paid)
+        limit = allowed * scale if own else max(options.bent * scale, 0.5 * most if behind else 0.0)
         if after.mean_square(channel) > NOISE and -fall > limit:
             return True
     return False
