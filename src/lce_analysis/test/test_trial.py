@@ -11,7 +11,7 @@ import pytest
 from lce_analysis.diagnosis.accepted import Step
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
-from lce_analysis.diagnosis.looking_back import _explained, _explains, _not_borne_out, bends_the_heat
+from lce_analysis.diagnosis.looking_back import _explained, _explains, bends_the_heat, not_borne_out
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
 from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.search import Search
@@ -267,7 +267,7 @@ def test_the_final_tables_have_to_show_that_an_effect_is_worth_having(after: flo
     train = _misfit({DISPLACEMENT: 1.5}), _misfit({DISPLACEMENT: 1.0})
     held_out = _held_out({DISPLACEMENT: 1.5}, {DISPLACEMENT: after})
     step: Any = SimpleNamespace(trial=GOOD, train=train, held_out=held_out, actual_reduction=1.0)
-    assert _not_borne_out(step, OPTIONS) == reason
+    assert not_borne_out(step, OPTIONS) == reason
 
 
 def test_a_trial_frees_every_parameter_of_the_effect_that_a_fit_may_change() -> None:

@@ -13,7 +13,7 @@ from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, reduction_of, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import AT_NULL, Objection, gets_worse, on_data_left_out, rises
+from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, rises
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
@@ -60,14 +60,13 @@ def take_back_refuted(chain: Chain) -> None:
         chain.finish()
 
 
-def helped(step: Step, options: DiagnoseOptions) -> bool:
-    """Do the final tables bear the step out: less error in the runs and on data left out, of no sensor much more?"""
-    if rises(step.trial.stage, *step.train, options.bent, options) or bends_the_heat(step, options):
-        return False
+def not_borne_out(step: Step, options: DiagnoseOptions) -> Objection:
+    """What the final tables say against a step: not less error in the runs and on data left out, or hardly less."""
     before, after = step.held_out.before, step.held_out.after
     channels = [c for c in step.trial.stage.channels if c in before.total]
-    falls = any(after.mean_square(c) < before.mean_square(c) for c in channels)
-    return step.actual_reduction > 0.0 and falls and not gets_worse(step.trial.stage, step.held_out, options)
+    falls = step.actual_reduction > 0.0 and any(after.mean_square(c) < before.mean_square(c) for c in channels)
+    risen = rises(step.trial.stage, *step.train, options.bent, options) or bends_the_heat(step, options)
+    return on_data_left_out(step.trial.stage, step.held_out, options) if falls and not risen else "worse"
 
 
 def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
@@ -78,19 +77,12 @@ def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
     return after.mean_square(TEMPERATURE) > (1.0 + options.worse) * before.mean_square(TEMPERATURE)
 
 
-def _not_borne_out(step: Step, options: DiagnoseOptions) -> Objection:
-    """What the final tables say against a step: that they do not bear it out, or that it is hardly worth having."""
-    if not helped(step, options):
-        return "worse"
-    return on_data_left_out(step.trial.stage, step.held_out, options)
-
-
 def _refuted(chain: Chain) -> Iterator[tuple[Step, Objection]]:
     """The last effect of each part of the model that the final tables do not bear out, and why."""
     for heat in (False, True):
         effects = chain.of_part(heat, Step)
         for last in effects[-1:]:
-            reason = _not_borne_out(last, chain.options) or _stands_in(chain, last)
+            reason = not_borne_out(last, chain.options) or _stands_in(chain, last)
             if reason and not (reason == "part" and last.added in chain.bearing):
                 yield last, reason
 

@@ -16,8 +16,8 @@ from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.looking_back import (
     bends_the_heat,
-    helped,
     keep_what_explains,
+    not_borne_out,
     take_back_refuted,
     take_back_superfluous,
 )
@@ -71,8 +71,8 @@ class Search(Chain):
         self.accept(replace(step, trial=trial))
         self.finish()
         (step,) = self.steps
-        if not trial.objection and not helped(step, self.options):
-            step = replace(step, trial=replace(step.trial, objection="worse"))
+        if not trial.objection:
+            step = replace(step, trial=replace(step.trial, objection=not_borne_out(step, self.options)))
         return step
 
     def _forward(
