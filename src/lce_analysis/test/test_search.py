@@ -201,29 +201,55 @@ def test_a_refit_on_every_sample_whose_strip_jumps_elsewhere_begins_again(monkey
     assert search._error(again, "model") < 1.1 * search._error(found.model, "model")
 
 
-def test_an_identification_from_scratch_goes_on_from_other_starts_where_the_first_lead_no_further(
+def test_an_identification_from_scratch_goes_on_from_other_starts_where_the_first_end_worse(
     strip: Model, recorded: Callable[..., Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
-    worse = replace(search.present, model=strip.set({"lumped.gain": 0.5 * strip["lumped.gain"]}))
+    left = {share * strip["lumped.gain"]: error for share, error in ((1.0, 1.0), (0.5, 3.0), (0.2, 5.0))}
+    best, poor, poorest = (strip.set({"lumped.gain": gain}) for gain in left)
     seeds: list[int] = []
+    ends: list[Model] = []
 
     def begun(_model: Model, runs: object, options: FitOptions, _progress: object) -> Model:
         # With sensors thinned to the grid of the search another minimum may be the best.
         assert runs is search.data.judged.runs
         seeds.append(options.seed)
-        return strip if options.seed == leads else worse.model
+        return ends.pop(0)
 
     def refitted(model: Model) -> StagedFit:
         assert search.present.deformation is not None
         fit = search.present.deformation.fit
-        left = replace(fit, residual=fit.residual * (3.0 if model == worse.model else 1.0))
-        return replace(search.present, model=model, deformation=replace(search.present.deformation, fit=left))
+        scaled = replace(fit, residual=fit.residual * left[model["lumped.gain"]])
+        return replace(search.present, model=model, deformation=replace(search.present.deformation, fit=scaled))
 
     monkeypatch.setattr(chain, "rough_fit", begun)
     monkeypatch.setattr(search, "refitted", refitted)
-    for leads, tried in ((1, [1]), (2, [1, 2]), (0, [1, 2])):
+    cases = (
+        ([best, poorest], best, [1]),
+        ([poorest, best], best, [1, 2]),
+        ([poorest, poorest], None, [1, 2]),
+        ([poor, best], None, [1]),  # it ends where the present model is, from elsewhere
+    )
+    for reached, expected, tried in cases:
         seeds.clear()
-        found = search.identified_anew(refitted(worse.model))
-        assert (None if found is None else found.model) == (strip if leads else None)
+        ends[:] = reached
+        found = search.identified_anew(refitted(poor))
+        assert (None if found is None else found.model) == expected
         assert seeds == tried
+
+
+def test_only_the_best_trial_of_a_step_is_identified_from_scratch(
+    strip: Model, recorded: Callable[..., Run], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
+    asked: list[tuple[str, bool]] = []
+    refused = SimpleNamespace(objection="chance", name="refused")
+    first, second, third = (SimpleNamespace(objection="", name=name) for name in ("first", "second", "third"))
+
+    def confirmed(trial: SimpleNamespace, _trials: object, anew: bool) -> SimpleNamespace | None:
+        asked.append((trial.name, anew))
+        return trial if trial is second else None
+
+    monkeypatch.setattr(search, "_confirmed", confirmed)
+    assert search._next([refused, first, second, third], heat=False, may_differ=False) is second
+    assert asked == [("first", True), ("second", False)]

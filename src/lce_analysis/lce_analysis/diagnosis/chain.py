@@ -165,7 +165,8 @@ class Chain:
         """The deformation identified from scratch behind the present heat; None if that explains no more.
 
         From the runs as recorded, driven as it is judged: with fewer samples of a fast movement another minimum may be
-        the best. It is identified once more where the first starts led no further.
+        the best. It is identified once more where the first starts ended worse: where they end as well, from elsewhere,
+        the present minimum is no poor one.
         """
         runs = self.data.judged.runs
         for seed in OTHER_STARTS:
@@ -173,8 +174,9 @@ class Chain:
             found = self.refitted(rough_fit(present.model, runs, options, self.progress))
             # Once more, without the samples around the jumps of what was found.
             anew = self.refitted(found.model)
-            if anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER):
-                return anew
+            better = anew.deformation is not None and anew.error <= present.error * (1.0 - BETTER)
+            if better or anew.error <= present.error * (1.0 + BETTER):
+                return anew if better else None
         return None
 
     def between(

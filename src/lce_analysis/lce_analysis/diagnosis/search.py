@@ -137,7 +137,11 @@ class Search(Chain):
 
         What differs is looked for where a sensor is left beyond the noise, which one effect does not explain.
         """
-        step = next((s for t in trials if not t.objection and (s := self._confirmed(t, trials))), None)
+        step, anew = None, True
+        for trial in (t for t in trials if not t.objection):
+            step, anew = self._confirmed(trial, trials, anew), False
+            if step is not None:
+                break
         if not may_differ or self._explains_all(self.present if step is None else step.with_it, heat):
             return step
         stages = self._stages(heat)[:1]
@@ -189,9 +193,12 @@ class Search(Chain):
             return self.present.heat
         return () if self.present.deformation is None else (self.present.deformation,)
 
-    def _confirmed(self, trial: Trial, trials: Sequence[Trial]) -> Step | None:
-        """The step that accepts the effect; None if on the runs held out it does not help, or harms another sensor."""
-        step = self._step(trial, self.trials.alias_set(trial, trials))
+    def _confirmed(self, trial: Trial, trials: Sequence[Trial], anew: bool) -> Step | None:
+        """The step that accepts the effect; None if on the runs held out it does not help, or harms another sensor.
+
+        anew : may the deformation be identified from scratch? That takes longest, and is for the best trial.
+        """
+        step = self._step(trial, self.trials.alias_set(trial, trials), anew)
         if gets_worse(trial.stage, step.held_out, self.options) or bends_the_heat(step, self.options):
             self.trials.reject(trial, "worse")
             return None
@@ -219,9 +226,10 @@ class Search(Chain):
     def _given_misfit(self) -> Misfit:
         return self.misfit(self.given, "model")
 
-    def _step(self, trial: Trial, alias_set: tuple[str, ...]) -> Step:
+    def _step(self, trial: Trial, alias_set: tuple[str, ...], anew: bool = True) -> Step:
         after = self.refitted(self.with_effect_of(trial))
-        if trial.stage.part != "heat" and after.worst_behind_heat > self.options.explained and self._may_be_all(trial):
+        behind_heat = trial.stage.part != "heat"
+        if anew and behind_heat and after.worst_behind_heat > self.options.explained and self._may_be_all(trial):
             after, trial = self._searched_anew(after, trial)
         train, held_out = self.between(self.present, after, trial.held_out, after.drive)
         return Step(self.present, after, train, held_out, trial, alias_set)
