@@ -166,6 +166,7 @@ def arguments(args: argparse.Namespace) -> str:
     words += [f"--skip {args.skip}"] if args.skip else []
     words += [f"--families {' '.join(args.families)}"] if args.families else []
     words += [f"--only {args.only}"] if args.only else []
+    words += [f"--campaign {args.campaign}"] if args.campaign != "full" else []
     return " ".join(words)
 
 

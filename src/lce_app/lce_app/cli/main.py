@@ -96,7 +96,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="lce",
         description="A bench for light-driven liquid crystal elastomers: run, record, identify, compare.",
-        epilog="exit status: 0 done, 1 the data or the model cannot be used, 2 wrong usage",
+        epilog="exit status: 0 done, 1 the data or the model cannot be used, 2 wrong usage, 130 Ctrl-C",
     )
     parser.add_argument("-V", "--version", action="version", version=f"lce {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
