@@ -112,3 +112,8 @@ def test_a_camera_that_is_not_there_is_a_fault_that_names_it() -> None:
     while "10.255.255.1" not in (device.fault() or ""):
         assert time.monotonic() < end
     device.close()
+
+
+def test_a_camera_that_would_find_no_temperature_plausible_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^flir\.lower_c"):
+        CameraSettings(lower_k=300.0, upper_k=300.0)

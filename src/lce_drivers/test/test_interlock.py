@@ -48,9 +48,11 @@ def test_light_is_permitted_while_readings_are_fresh() -> None:
     assert lock.permits(1.3, 0.5) and lock.fault is None
 
 
-@pytest.mark.parametrize("every", [1, 13, 20, 40])
-def test_a_silent_camera_is_a_fault_however_slow_the_commander_is(every: int) -> None:
-    guard, lock = PowerGuard(PowerLimits(max_power_w=2.0)), warm()
+@pytest.mark.parametrize(
+    ("every", "timeout_s"), [(1, 0.1), (13, 0.1), (20, 0.1), (40, 0.1), (25, 0.3), (10, 0.45), (70, 0.1)]
+)
+def test_a_silent_camera_is_a_fault_however_slow_the_commander_is(every: int, timeout_s: float) -> None:
+    guard, lock = PowerGuard(PowerLimits(max_power_w=2.0, command_timeout_s=timeout_s)), warm()
     for k in range(100, 300):
         now_s = 0.01 * k
         if k % every == 0:

@@ -73,6 +73,12 @@ def test_what_is_not_a_number_says_what_it_is(answer: bytes, words: str) -> None
         parse(answer, "MS,01")
 
 
+@pytest.mark.parametrize("sign", [0.0, 0.5, -2.0])
+def test_a_sign_is_no_scale(sign: float) -> None:
+    with pytest.raises(ValueError, match=r"^keyence\.sign: "):
+        Mounting(sign=sign)
+
+
 def test_display_becomes_displacement() -> None:
     assert Mounting().displacement_m(1.5) == pytest.approx(1.5e-3)
     assert Mounting(sign=-1.0, zero=2.0).displacement_m(-3.0) == pytest.approx(1e-3)

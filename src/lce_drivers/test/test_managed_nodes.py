@@ -90,6 +90,17 @@ class Operator:
         return [s.message for s in own]
 
 
+@pytest.mark.parametrize("number", [CONFIGURE, 200])
+def test_a_transition_that_the_state_does_not_have_is_refused(
+    graph: Graph, device: LabJackEmulator, number: int
+) -> None:
+    operator = Operator(graph)
+    graph.add(Laser, **real(device))
+    assert operator.change(CONFIGURE)
+    assert not operator.change(number) and operator.state() == "inactive"
+    assert operator.change(ACTIVATE)
+
+
 def test_a_laser_opens_its_device_when_configured_and_lights_when_active_and_armed(
     graph: Graph, device: LabJackEmulator
 ) -> None:

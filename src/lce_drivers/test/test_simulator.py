@@ -76,6 +76,16 @@ def test_a_clock_that_was_set_only_sets_the_time() -> None:
     assert sum(dt for _, dt in drive.advance(5.01)) == pytest.approx(0.01)
 
 
+def test_what_was_sent_before_the_clock_was_set_back_is_dark() -> None:
+    drive = started()
+    drive.put(1.0, 100.0)
+    drive.put(1.0, 100.01)
+    assert list(drive.advance(100.005 - 60.0)) != [] and list(drive.advance(100.005)) != []
+    assert list(drive.advance(5.0)) == []
+    drive.put(0.0, 5.0)
+    assert energy_j(list(drive.advance(6.0))) == 0.0
+
+
 def test_settings_change_the_model() -> None:
     model = strip_model("", parse_settings(["lumped.gain=40.0", "", " lumped.tau = 12"]))
     assert (model["lumped.gain"], model["lumped.tau"]) == (40.0, 12.0)

@@ -3,8 +3,10 @@
 
 import traceback
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+from lifecycle_msgs.srv import ChangeState
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 
 from lce_data.errors import LceError
@@ -39,6 +41,7 @@ class ManagedNode(LifecycleNodeMixin, LceNode):
     def __init__(self, name: str, **options: Any) -> None:
         LceNode.__init__(self, name, **options)
         LifecycleNodeMixin.__init__(self)
+        self._service_change_state.callback = partial(self._change_state, self._service_change_state.callback)
         self.active = False
         self._failure: Exception | None = None
         self._starting = False
@@ -83,6 +86,16 @@ class ManagedNode(LifecycleNodeMixin, LceNode):
         """Let go of the node, and of its states: they would keep it alive, and its log on the old publisher."""
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
+
+    def _change_state(
+        self, change: Callable[..., ChangeState.Response], request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response:
+        """Refuse the number of a transition that the state does not have: rclpy would end the process."""
+        available = {number for number, *_ in self._state_machine.available_transitions}
+        if not request.transition.label and request.transition.id not in available:
+            response.success = False
+            return response
+        return change(request, response)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the device."""

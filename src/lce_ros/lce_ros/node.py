@@ -34,6 +34,24 @@ from lce_ros.signals import stop_signals
 USE_SIM_TIME: Final = "use_sim_time"
 
 
+class Stop(Future):
+    """The future that ends a node.
+
+    For every callback that it handles, rclpy's executor adds one to the future that it spins until. They all wake the
+    executor, so one is kept: a node that runs for days would keep millions.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._wakes = False
+
+    def add_done_callback(self, callback: Callable[[Future], None]) -> None:
+        """Keep the first callback; call every one if the node has ended."""
+        if self.done() or not self._wakes:
+            self._wakes = True
+            super().add_done_callback(callback)
+
+
 class NodeFault(RuntimeError):
     """The node cannot go on: its process ends in order, with this one line and status 1."""
 
@@ -269,7 +287,7 @@ def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> in
     LceError at any time are one line on stderr and status 1; any other exception keeps its traceback. A stop signal
     during the factory waits for its end, except in what is `lce_ros.signals.interruptible`.
     """
-    stop = Future()
+    stop = Stop()
 
     def end() -> None:
         if not stop.done():
@@ -298,7 +316,7 @@ def _made(factory: Callable[[], LceNode]) -> LceNode:
         raise NodeFault(error) from error
 
 
-def _spin(node: LceNode, stop: Future) -> None:
+def _spin(node: LceNode, stop: Stop) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     # A full collection over what is loaded by now takes tens of ms: ticks would be late.

@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from lce_ros.health import Level
-from lce_ros.node import LceNode
+from lce_ros.node import LceNode, Stop
 from lce_ros.qos import deeper
 from lce_ros.testing import Graph
 
@@ -189,3 +189,13 @@ def test_the_log_tells_a_condition_once_until_it_is_another_one(graph: Graph) ->
     graph.until(lambda: len([m for m in told.messages if m.name == "lce.example"]) == 2)
     own = [(m.level, m.msg) for m in told.messages if m.name == "lce.example"]
     assert own == [(30, "no reading for 1 s"), (20, "measuring")]
+
+
+def test_the_future_that_ends_a_node_keeps_one_callback_of_a_long_life() -> None:
+    stop, called = Stop(), []
+    for k in range(1000):
+        stop.add_done_callback(lambda _, k=k: called.append(k))
+    stop.set_result(None)
+    assert called == [0]
+    stop.add_done_callback(lambda _: called.append(-1))
+    assert called == [0, -1], "as rclpy, at once"

@@ -70,8 +70,9 @@ class OuterController(ControllerNode):
         """Publish the setpoint for now."""
         self._target.update(now_s)
         displacement, setpoint_k = self._displacement.at(now_s, self._target.exists), math.nan
-        if displacement is None:
+        if displacement is None or not self.laser_armed:
             self._outer.reset()
+        if displacement is None:
             level = Level.ERROR if self._target.exists else Level.OK
             self.report(level, f"{self._displacement.missing}: no setpoint")
         elif not self._target.exists:

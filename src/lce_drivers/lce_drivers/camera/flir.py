@@ -30,6 +30,7 @@ class CameraSettings:
     """Which part of the frame to read, and how.
 
     Temperatures in K, times in s, rates in Hz; ``ir_format`` "" and ``packet_size`` 0 leave the camera's own settings.
+    Raises ValueError if no temperature is plausible.
     """
 
     camera: str = ""
@@ -42,6 +43,10 @@ class CameraSettings:
     latency_s: float = 0.0
     packet_size: int = 0
     rate_hz: float = 10.0
+
+    def __post_init__(self) -> None:
+        if self.lower_k >= self.upper_k:
+            raise ValueError("flir.lower_c: must be below flir.upper_c")
 
     @property
     def kelvin_per_count(self) -> float:

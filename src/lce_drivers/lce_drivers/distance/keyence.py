@@ -75,7 +75,8 @@ def parse(answer: bytes, command: str) -> float:
 class Mounting:
     """How the display becomes a displacement: (sign * display - zero) * metres, contraction positive.
 
-    Beyond ``lower_m`` and ``upper_m`` [m] there is no displacement: twice the ±40 mm that an LK-H152 measures.
+    Beyond ``lower_m`` and ``upper_m`` [m] there is no displacement: twice the ±40 mm that an LK-H152 measures. Raises
+    ValueError if the sign is neither 1 nor -1.
     """
 
     sign: float = 1.0
@@ -83,6 +84,10 @@ class Mounting:
     metres: float = 1e-3
     lower_m: float = -0.08
     upper_m: float = 0.08
+
+    def __post_init__(self) -> None:
+        if self.sign not in (1.0, -1.0):
+            raise ValueError(f"keyence.sign: {self.sign:g} is neither 1 nor -1; a scale belongs into keyence.metres")
 
     def displacement_m(self, display: float) -> float:
         """Displacement [m] for a value in the unit of the display. Raises NoReading if it cannot be one."""

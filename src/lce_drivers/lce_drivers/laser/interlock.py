@@ -91,8 +91,10 @@ class Interlock:
         wanted = power_w is not None and power_w > 0.0
         self._lit_s += max(0.0, now_s - self._judged_s) if wanted else 0.0
         self._judged_s = now_s
-        if fresh or not (wanted or (power_w is not None and self._last is not None)):
+        if fresh:
             self._paused_s = None
+        elif not wanted and (power_w is None or self._last is None):
+            pass  # no readings are needed now; the silence of a camera that was needed goes on
         elif self._paused_s is None:
             self._paused_s = now_s
         elif now_s - self._paused_s > self.limits.fault_after_s - self.limits.pause_after_s:

@@ -40,8 +40,11 @@ class Drive:
         """Pieces (power_w, dt_s) from the last time to ``t_s``, each of 10 ms at most.
 
         The first call, and one after a gap of more than a minute or backwards (the clock was set), only sets
-        the time.
+        the time; what was sent before the clock was set back is dark.
         """
+        if self._now_s is not None and t_s < self._now_s:
+            self._waiting.clear()
+            self._power_w, self._expires_s = 0.0, -math.inf
         if self._now_s is None or not 0.0 <= t_s - self._now_s <= LONGEST_GAP_S:
             self._now_s = t_s
             return

@@ -29,6 +29,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile
@@ -100,7 +102,10 @@ class Recorder(LceNode):
             if stream not in self._later:
                 self._record(stream)
         self._complete_s = self._flushed_s = math.inf
-        self.every(flush_s, self._flush)
+        if self._simulated:
+            self.every(flush_s, self._flush)
+        else:  # a system clock that is set back would stop the timer
+            self.create_timer(flush_s, self._flush, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(
             f"recording {len(streams)} topics into {self.folder.absolute()}, to the disk every {flush_s:g} s"
         )
@@ -218,6 +223,8 @@ class Recorder(LceNode):
 
     def _flush(self) -> None:
         self._bag.flush()
+        if not self._simulated and self.get_clock().now().nanoseconds < self._began_ns:
+            raise LceError("recorder: the clock was set back to before the recording began; its times end here")
         self._flushed_s = min(self._flushed_s, self.now_s())
         silent = self._after if self.now_s() - self._flushed_s > SILENT_S else ()
         if silent:

@@ -54,6 +54,8 @@ class TargetPlayer(Player):
         recorded = self.declare("wait_for_recorder", False, "wait for the recorder too", read_only=True)
         if self._time_s.size != self._target_m.size or (np.diff(self._time_s) <= 0.0).any():
             raise LceError("target_player: needs one target for each time, and times that rise")
+        if not (np.isfinite(self._time_s).all() and np.isfinite(self._target_m).all()):
+            raise LceError("target_player: time_s and target_m: every number must be finite")
         for name in wait_for:
             self.listen_for_errors(name, functools.partial(self._judge, name))
         self._set: float | None = None
