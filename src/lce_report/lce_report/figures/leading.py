@@ -20,8 +20,12 @@ from lce_report.tables import NOTHING, estimate, leading, outcome
 
 if TYPE_CHECKING:
     from lce_analysis.diagnosis import Diagnosis
+    from lce_analysis.diagnosis.linearized_fit import LinearizedFit
     from lce_analysis.diagnosis.ranking import Candidate
     from lce_analysis.diagnosis.trial import Trial
+    from lce_analysis.identification.problem import ObservedSeries
+    from lce_data.channels import Channel
+    from lce_data.run import Floats
 
 SAMPLES: Final = 2000
 """Samples of a picture, at most: it is small."""
@@ -147,26 +151,38 @@ def _leading(c: Candidate, trial: Trial, runs: Sequence[str]) -> LeadingCandidat
 
 def _picture(trial: Trial, runs: Sequence[str]) -> Picture:
     """The series in which the refit changes most, in units of the sensor's noise."""
-    before, after = trial.stage.fit, trial.fit
-    observed = before.problem.observed
-    changes = [after.residual[i:j] - before.residual[i:j] for i, j in spans(observed)]
-    largest = max(range(len(observed)), key=lambda k: float(np.mean(changes[k] ** 2)))
-    series, (begin, end) = observed[largest], spans(observed)[largest]
+    without, with_it = _residuals(trial.stage.fit), _residuals(trial.fit)
+    changes = {key: with_it[key][1] - without[key][1] for key in without}
+    key = max(changes, key=lambda one: float(np.nansum(changes[one] ** 2)) / changes[one].size)
+    series, residual = without[key]
     keep = slice(None, None, -(-series.size // SAMPLES))
-    time_s = series.sampling(before.problem.inputs[series.run].time_s)[-series.size :]
-    counted = np.full(series.size, True) if series.keep is None else series.keep[-series.size :] > 0.0
+    time_s = series.sampling(trial.stage.fit.problem.inputs[series.run].time_s)[-series.size :]
 
-    def shown(weighted: np.ndarray) -> list[float | None]:
-        differences = weighted / series.weight * series.channel.difference.factor
+    def shown(values: np.ndarray) -> list[float | None]:
+        differences = values / series.weight * series.channel.difference.factor
         return [float(f"{x:.5g}") if there else None for x, there in zip(differences[keep], counted[keep], strict=True)]
 
+    counted = np.isfinite(changes[key])
     return Picture(
         sensor=series.channel.name,
         run=runs[series.run],
         time_s=[round(t, 4) for t in time_s[keep].tolist()],
-        residual=shown(-before.residual[begin:end]),
-        change=shown(changes[largest]),
+        residual=shown(-residual),
+        change=shown(changes[key]),
     )
+
+
+def _residuals(fit: LinearizedFit) -> dict[tuple[int, Channel], tuple[ObservedSeries, Floats]]:
+    """Each series of a fit by run and sensor, with its residual (n,) in units of the noise; NaN where none counted.
+
+    The fits of a trial may have other sensors: that with the effect also one which the effect keeps from being bent.
+    """
+    observed = fit.problem.observed
+    residuals = [fit.residual[i:j] for i, j in spans(observed)]
+    for k, series in enumerate(observed):
+        if series.keep is not None:
+            residuals[k] = np.where(series.keep[-series.size :] > 0.0, residuals[k], np.nan)
+    return {(s.run, s.channel): (s, residual) for s, residual in zip(observed, residuals, strict=True)}
 
 
 def _pair(found: Estimate | None) -> tuple[float, float] | None:
