@@ -21,6 +21,7 @@ from lce_app.workbench.state import WorkbenchState
 from lce_app.workbench.tabs.export import commands
 from lce_data.errors import LceError
 from lce_data.progress import silent
+from lce_data.read_runs import read_runs
 from lce_data.units import KELVIN
 from lce_model import default_model, simulate, trust
 from lce_model.trust import UntrustedEffect
@@ -146,8 +147,9 @@ def test_the_button_comes_after_unexplained_alone(folder: Path) -> None:
 
 
 def test_an_answer_of_other_runs_than_those_in_use_says_so(folder: Path) -> None:
-    names = {role: [run.name for run in opened(folder).runs(role).values()] for role in ("train", "test")}
-    record = {**DIAGNOSIS, "runs": names["train"], "held_out": names["test"]}
+    state = opened(folder)
+    names = {role: [run.name for run in state.runs(role).values()] for role in ("train", "test")}
+    record = {**DIAGNOSIS, "runs": names["train"], "held_out": names["test"], "files": state.read_by_jobs()}
     (folder / "workbench" / "diagnosis-1.json").write_text(json.dumps(record))
 
     async def story(user: User, state: WorkbenchState) -> None:
@@ -157,6 +159,22 @@ def test_an_answer_of_other_runs_than_those_in_use_says_so(folder: Path) -> None
         await user.should_see(content="found from pulse, stairs; judged on holds. Diagnose again")
 
     tell(folder, story)
+
+
+def test_a_run_has_the_name_that_a_job_gives_it(folder: Path) -> None:
+    for file, place in (("pulse.csv", "runs/pulse.csv"), ("stairs.csv", "later/pulse.csv")):
+        (folder / place).parent.mkdir()
+        (folder / file).rename(folder / place)
+    state = opened(folder)
+    read = read_runs([*state.paths("train"), *state.paths("test")])
+    assert {name: run.name for name, run in state.used().items()} == {
+        "later/pulse.csv": "later/pulse",
+        "runs/pulse.csv": "runs/pulse",
+        "holds.csv": "holds",
+    }
+    assert [run.name for run in read] == [run.name for run in state.used().values()]
+    state.set_role("later/pulse.csv", "off")
+    assert [run.name for run in state.used().values()] == ["pulse", "holds"]
 
 
 def test_the_base_model_that_does_better_is_identified_by_a_click(folder: Path) -> None:

@@ -3,7 +3,7 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -37,7 +37,7 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
     Returns
     -------
     tuple[Run, ...]
-        In the order given; runs of the same name get the names of their folders in front, as many as tell them apart.
+        In the order given, as `told_apart` names them.
 
     Raises
     ------
@@ -48,7 +48,17 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
     --------
     >>> runs = read_runs(["runs/pulse", "runs/stairs.csv"])  # doctest: +SKIP
     """
-    runs = [read_run(p) for p in paths]
+    return told_apart([read_run(p) for p in paths])
+
+
+def told_apart(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """Runs of the same name get the names of their folders in front, as many as tell them apart.
+
+    Raises
+    ------
+    LceError
+        If a run is given twice.
+    """
     places = [run.path.resolve() for run in runs]
     for run, place in zip(runs, places, strict=True):
         if places.count(place) > 1:

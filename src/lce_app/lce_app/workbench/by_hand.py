@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from lce_analysis.prediction import SimulationInput, predict_from, simulation_input, start_temperature
+from lce_analysis.prediction import SimulationInput, model_of_run, predict_from, simulation_input, start_temperature
 from lce_data.channels import Channel
 from lce_data.run import Floats, Run
 from lce_model import Model
@@ -34,11 +34,11 @@ class ByHand:
     def of(cls, model: Model, run: Run) -> ByHand:
         """The run beside the model that the sliders begin with; LceError if the run lacks what the model needs."""
         run_input = simulation_input(run, model)
-        return cls(run, run_input, start_temperature(run_input, model))
+        return cls(run, run_input, start_temperature(run_input, model_of_run(model, run)))
 
     def curves(self, model: Model) -> dict[str, Floats]:
         """The model's account of the run, in the units of the axes, by figure and curve of ``blocks``."""
-        found = predict_from(self.run_input, self.start_k, model).at_samples
+        found = predict_from(self.run_input, self.start_k, model_of_run(model, self.run)).at_samples
         return {_key(channel): _shown(channel, values) for channel, values in found.items()}
 
     def blocks(self, model: Model, moved: Model) -> Sequence[Block]:

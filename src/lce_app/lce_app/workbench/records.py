@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar
 
@@ -57,6 +58,7 @@ class DiagnosisRecord(Struct, frozen=True):
     """What the page shows of a diagnosis: its JSON, with the tables and pictures of its report.
 
     runs, held_out : names of the runs that it was found from and judged on; None if an earlier version did not say.
+    files : their files, by role and :func:`from_folder` of the record; None if an earlier version did not say.
     """
 
     verdict: Verdict
@@ -69,6 +71,7 @@ class DiagnosisRecord(Struct, frozen=True):
     other_base: OtherBaseRecord | None = None
     runs: tuple[str, ...] | None = None
     held_out: tuple[str, ...] | None = None
+    files: dict[str, list[str]] | None = None
 
 
 class FoundRecord(Struct, frozen=True):
@@ -115,11 +118,11 @@ class DesignRecord(Struct, frozen=True):
     sentences: tuple[str, ...] = ()
 
 
-def diagnosis_record(found: Diagnosis) -> dict[str, Any]:
+def diagnosis_record(found: Diagnosis, files: Mapping[str, Sequence[str]] | None = None) -> dict[str, Any]:
     """What :class:`DiagnosisRecord` reads, as plain values."""
     more = {"tables": diagnosis_tables(found), "leading": leading_candidates(found)}
     shown = [kept(signature_section(found.signatures))] if found.signatures else []
-    of_runs = {"runs": found.runs, "held_out": found.held_out}
+    of_runs = {"runs": found.runs, "held_out": found.held_out, "files": files}
     return {**found.as_detailed_json(), **to_builtins(more), **of_runs, "sections": [as_plain(one) for one in shown]}
 
 

@@ -276,3 +276,8 @@ def folder_and_roles(paths: Sequence[Path]) -> tuple[Path, dict[str, Role]]:
         if path.resolve() not in runs.values():
             raise LceError(f"{path}: is no run, or more than {DEEPEST} folders below {folder}")
     return folder, {name: "train" if path in places else "off" for name, path in runs.items()}
+
+
+def from_folder(files: Sequence[Path], folder: Path) -> list[str]:
+    """Ways from a folder to files, sorted: those of other runs, or of the same prepared in another way, are others."""
+    return sorted(os.path.relpath(file, folder) for file in files)

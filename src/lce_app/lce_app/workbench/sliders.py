@@ -52,8 +52,7 @@ class Sliders:
         self._chosen.on_value_change(self._reload)
 
     def _curves(self) -> Sequence[Block]:
-        run = self._state.entries[str(self._chosen.value)].run
-        assert run is not None
+        run = self._state.used()[str(self._chosen.value)]
         self._by_hand = ByHand.of(self._start, run)
         return self._by_hand.blocks(self._start, self._moved)
 
@@ -62,7 +61,8 @@ class Sliders:
         self._figures.reload()
 
     def _follow(self, key: str, number: float) -> None:
-        self._move(self._moved.set({key: number}))
+        others = {varying: own for varying, own in self._moved.varies.items() if varying != key}
+        self._move(self._moved.set({key: number}).varying(others))
 
     def _move(self, model: Model) -> None:
         self._moved = model
@@ -104,8 +104,7 @@ class StrengthSlider:
         self._chosen.on_value_change(self._reload)
 
     def _curves(self) -> Sequence[Block]:
-        run = self._state.entries[str(self._chosen.value)].run
-        assert run is not None
+        run = self._state.used()[str(self._chosen.value)]
         self._by_hand = ByHand.of(self._start, run)
         return self._by_hand.blocks(self._start, self._moved)
 

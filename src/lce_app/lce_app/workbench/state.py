@@ -15,7 +15,7 @@ from lce_app.workbench.early_reading import EarlyReading
 from lce_app.workbench.entries import RunEntry, forget_unused, prepare_entry, read_entry, with_recipe
 from lce_app.workbench.jobs import Job, Task
 from lce_app.workbench.live_layout import LiveView
-from lce_app.workbench.session import Role, Session
+from lce_app.workbench.session import Role, Session, from_folder
 from lce_app.workbench.topic_monitor import TopicMonitor
 from lce_app.workbench.undo import Undo
 from lce_data.errors import LceError
@@ -32,6 +32,8 @@ AT_ONCE: Final = 20
 """Runs of a folder that are read without being asked for, at most."""
 _Data = tuple[tuple[str, "Recipe"], ...]
 """Names of runs, and what they were prepared by."""
+USES: Final[tuple[Role, Role]] = ("train", "test")
+"""To learn from, and to hold out."""
 COMPARISONS: Final = 4
 """Comparisons that are kept in memory: each holds every sample several times."""
 
@@ -170,16 +172,26 @@ class WorkbenchState:
 
     def runs(self, role: Role) -> dict[str, Run]:
         """The readable runs of a role."""
-        names = (name for name in self.session.names(role) if name in self.entries)
-        return {name: run for name in names if (run := self.entries[name].run) is not None}
+        names = self.session.names(role)
+        return {name: run for name, run in self.used().items() if name in names}
 
     def used(self) -> dict[str, Run]:
-        """The runs learnt from, then those held out."""
-        return self.runs("train") | self.runs("test")
+        """The runs learnt from, then those held out, under the names that a job gives them."""
+        from lce_data.preparing.prepared_run import name_of
+        from lce_data.read_runs import told_apart
+
+        names = [name for role in USES for name in self.session.names(role) if name in self.entries]
+        runs = {name: run for name in names if (run := self.entries[name].run) is not None}
+        plain = [replace(run, name=name_of(run.path)) for run in runs.values()]
+        return dict(zip(runs, told_apart(plain), strict=True))
 
     def paths(self, role: Role) -> list[Path]:
         """Files of the readable runs of a role, as jobs read them."""
         return [self.entries[name].file for name in self.runs(role)]
+
+    def read_by_jobs(self) -> dict[str, list[str]]:
+        """By role, the same files by their way from the folder of the session."""
+        return {role: from_folder(self.paths(role), self.session.place) for role in USES}
 
     def recordings(self) -> list[Path]:
         """The recordings of all runs in use, with those that are merged into them."""
@@ -248,8 +260,7 @@ class WorkbenchState:
 
         model = self.model(number)
         assert model is not None
-        uses: tuple[Role, Role] = ("train", "test")
-        runs = {use: self.runs(use) for use in uses}
+        runs = {use: self.runs(use) for use in USES}
         key = number, self._data(runs["train"]), self._data(runs["test"])
         if key not in self._misfits:
             self._misfits[key] = {use: JudgedRuns.of(list(found.values())).misfit(model) for use, found in runs.items()}

@@ -23,6 +23,7 @@ from lce_app.use_cases import fit as fitting
 from lce_app.use_cases import record as recording
 from lce_app.use_cases import record_topics as recording_topics
 from lce_app.workbench.records import AdditionRecord, diagnosis_record, discovery_record
+from lce_app.workbench.session import from_folder
 from lce_data.files import write_atomically
 from lce_data.progress import Progress
 from lce_data.units import KELVIN
@@ -37,7 +38,8 @@ def fit(runs: Sequence[Path], choice: fitting.ModelChoice, out: Path, *, progres
 def diagnose(runs: Sequence[Path], test: Sequence[Path], model: Path, out: Path, *, progress: Progress) -> None:
     """`lce diagnose`, its report beside ``out``."""
     found = diagnosing.diagnose(runs, model, test, report_file=out.with_suffix(".html"), progress=progress)
-    write_atomically(out, json.dumps(diagnosis_record(found)) + "\n")
+    files = {role: from_folder(read, out.parent) for role, read in (("train", runs), ("test", test))}
+    write_atomically(out, json.dumps(diagnosis_record(found, files)) + "\n")
 
 
 def discover(

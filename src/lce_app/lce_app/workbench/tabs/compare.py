@@ -29,7 +29,8 @@ Spans = dict[str, list[tuple[float, float]]]
 
 def fill(state: WorkbenchState) -> None:
     """The answer, the table of shares, and the figures of the run chosen."""
-    names = list(state.used())
+    runs = state.used()
+    names = list(runs)
     if state.session.current is None or not names:
         ui.label("A model and a run are needed. Fit a model on the tab Add, and choose runs on the tab Runs.")
         return
@@ -41,7 +42,7 @@ def fill(state: WorkbenchState) -> None:
             return
         picked = picked_samples(comparison, pick, row, column)
         figures.light(picked)
-        with_some = [name for name in names if (run := state.entries[name].run) is not None and picked[run.name]]
+        with_some = [name for name, run in runs.items() if picked[run.name]]
         if with_some and chosen.value not in with_some:
             chosen.set_value(with_some[0])
 
@@ -75,7 +76,7 @@ def _with_parent(state: WorkbenchState) -> list[int]:
 
 def models_over_run(state: WorkbenchState, name: str, numbers: Sequence[int]) -> Sequence[Block]:
     """Models of the history over one run."""
-    run = state.entries[name].run
+    run = state.used().get(name)
     models = {f"model {number}": model for number in sorted(numbers) if (model := state.model(number)) is not None}
     return several_models(run, models) if run is not None and models else []
 
@@ -94,7 +95,7 @@ def shares(state: WorkbenchState) -> Sequence[Block]:
 
 def run_figures(state: WorkbenchState, name: str, loop_by: Colouring = "nothing") -> Sequence[Block]:
     """A run beside the model, as in the report."""
-    comparison, run = state.comparison(), state.entries[name].run
+    comparison, run = state.comparison(), state.used().get(name)
     if comparison is None or run is None:
         return []
     return next(run_section(found, loop_by).blocks for found in comparison.runs if found.run.name == run.name)

@@ -92,14 +92,12 @@ def diagnose(state: WorkbenchState) -> None:
 
 def _other_runs(state: WorkbenchState, found: DiagnosisRecord) -> None:
     """A line above an answer that was found from other runs than those in use now."""
-    if found.runs is None or found.held_out is None:
-        return
-    then, now = (found.runs, found.held_out), (state.runs("train"), state.runs("test"))
-    if all(sorted(a) == sorted(run.name for run in b.values()) for a, b in zip(then, now, strict=True)):
+    if found.runs is None or found.held_out is None or found.files in (None, state.read_by_jobs()):
         return
     judged = f"judged on {', '.join(found.held_out)}" if found.held_out else "none was held out"
     ui.label(
-        f"This answer is of other runs than those in use now: found from {', '.join(found.runs)}; {judged}. "
+        "This answer is of other runs than those in use now, or of runs prepared in another way: "
+        f"found from {', '.join(found.runs)}; {judged}. "
         "Diagnose again to ask those in use."
     ).mark("other runs")
 
