@@ -10,7 +10,8 @@ import pytest
 
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import add_effect, diagnose
-from lce_analysis.diagnosis.diagnosis import Column, _verdict
+from lce_analysis.diagnosis.addition import _history
+from lce_analysis.diagnosis.diagnosis import Column, _at_fault, _verdict
 from lce_analysis.diagnosis.linearized_fit import linearised, optimum
 from lce_analysis.diagnosis.misfit import Misfit
 from lce_analysis.diagnosis.score import score_test
@@ -352,3 +353,20 @@ def test_an_effect_that_is_not_there_is_not_confirmed() -> None:
     found = add_effect(BASE, "creep", *_campaign(BASE))
     assert not found.confirmed
     assert "not confirmed on prbs" in found.sentence
+
+
+def test_without_a_temperature_nothing_says_which_part_is_at_fault() -> None:
+    train, _ = _campaign(_strip_with("creep"))
+    blind = [replace(run, series={c: s for c, s in run.series.items() if c is not TEMPERATURE}) for run in train]
+    search = Search(BASE, blind, (), (), DiagnoseOptions(), silent)
+    assert search.base.worst > DiagnoseOptions().explained
+    assert _at_fault(search.base, DiagnoseOptions()) is None
+    seen = Search(BASE, train, (), (), DiagnoseOptions(), silent)
+    assert _at_fault(seen.base, DiagnoseOptions()) == "deformation"
+
+
+def test_a_history_that_is_none_is_begun_anew() -> None:
+    kept = {"thermal": "lumped", "deformation": "none", "effects": [], "train": {}, "test": {}, "verdict": ""}
+    assert _history(BASE.with_values(BASE.values, {"history": [kept]})) == [kept]
+    for odd in (None, "a text", [1], [{"thermal": "lumped"}]):
+        assert _history(BASE.with_values(BASE.values, {"history": odd})) == []

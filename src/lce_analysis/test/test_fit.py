@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lce_analysis.identification import fit, fit_each
-from lce_analysis.identification.identify import rough_fit
+from lce_analysis.identification.identify import check_runs, rough_fit
 from lce_analysis.identification.stages import thermal_stage
 from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
@@ -192,3 +192,12 @@ def test_the_thermal_stage_is_fitted_alone_unless_the_strip_acts_back_on_it() ->
     assert [v.key for v in alone.values][: len(heat)] == [v.key for v in model.values][: len(heat)] == heat
     acts_back = default_model("lumped", "kinetic", ("order_dependent_absorption",))
     assert thermal_stage(acts_back) is acts_back
+
+
+def test_a_sensor_that_is_stuck_is_named_before_anything_is_fitted(recorded: Callable[..., Run]) -> None:
+    run = recorded("stuck")
+    assert run.displacement is not None
+    stuck = run.with_series(DISPLACEMENT, Series(run.displacement.time_s, np.full_like(run.displacement.value, 1e-3)))
+    with pytest.raises(LceError, match=r"^stuck: the displacement is 1 mm throughout"):
+        fit(default_model(), [stuck])
+    check_runs(default_model("lumped", "none"), [stuck])

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 BRANCHES: Final = ("heating", "cooling")
+MOST_DECIMALS: Final = 3
+"""Of the temperature [°C] at the ends of a quarter of its range."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,9 @@ def error_shares(
     cycle = np.concatenate([r.cycle for _, r, _ in members])
     run = np.repeat(np.arange(len(members)), [e.size for _, _, e in members])
     squared = np.concatenate([e for _, _, e in members]) ** 2
-    edges = np.linspace(float(temperature.min()), float(temperature.max()), 5)
+    low, high = float(temperature.min()), float(temperature.max())
+    edges = np.linspace(low, high, 5) if high > low else low + np.linspace(-0.5, 0.5, 5)
+    ends = _told_apart(edges)
     quarter = np.clip(np.searchsorted(edges, temperature, side="right") - 1, 0, 3)
 
     def share(here: Flags) -> tuple[float, float, float]:
@@ -164,7 +168,7 @@ def error_shares(
             for q in range(4)
             for held in (False, True)
         ),
-        quarters={f"{edges[q]:.0f}–{edges[q + 1]:.0f} °C": Share(*share(quarter == q)) for q in range(4)},
+        quarters={f"{ends[q]}–{ends[q + 1]} °C": Share(*share(quarter == q)) for q in range(4)},
         branches={branch: Share(*share(heating == (branch == "heating"))) for branch in BRANCHES},
         holds={"ramp": Share(*share(~hold)), "hold": Share(*share(hold))},
         runs={name: Share(*share(run == i)) for i, (name, _, _) in enumerate(members)},
@@ -174,6 +178,16 @@ def error_shares(
         },
         most=_most(temperature, heating, hold, squared, options),
     )
+
+
+def _told_apart(edges: Floats) -> list[str]:
+    """Temperatures with as few decimals as tell them apart."""
+    texts: list[str] = []
+    for decimals in range(MOST_DECIMALS + 1):
+        texts = [f"{edge:.{decimals}f}" for edge in edges]
+        if len(set(texts)) == len(texts):
+            break
+    return texts
 
 
 def _most(temperature: Floats, heating: Flags, hold: Flags, squared: Floats, options: CompareOptions) -> Interval:

@@ -3,7 +3,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from lce_analysis.diagnosis.diagnosis import ErrorTable, bounds_reached, columns, error_table, errors
 from lce_analysis.diagnosis.held_out import HeldOut
@@ -21,6 +21,9 @@ from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import Effect, find, library
 from lce_model.terms import Parameter
+
+KEPT: Final = frozenset({"thermal", "deformation", "effects", "train", "test", "verdict"})
+"""What a model file keeps of each model tried."""
 
 
 @dataclass(frozen=True)
@@ -121,8 +124,8 @@ def add_effect(
     step = search.force(chosen)
     trial, after = step.trial, step.with_it.model
     objection = reason(chosen, trial.objection) if trial.objection else ""
-    entries = model.fit.get("history", [_entry(search.base.model, search, model.fit.get("verdict", ""))])
-    history = [*entries, _entry(after, search, "not confirmed" if objection else "confirmed")]
+    before = _history(model) or [_entry(search.base.model, search, model.fit.get("verdict", ""))]
+    history = [*before, _entry(after, search, "not confirmed" if objection else "confirmed")]
     models = columns(search, model)
     estimates = trial.strengths.by_run if trial.strengths else (None,) * len(runs)
     return Addition(
@@ -140,6 +143,14 @@ def add_effect(
         test=error_table(search, models, search.tests),
         at_bounds=bounds_reached(search),
     )
+
+
+def _history(model: Model) -> list[Mapping[str, Any]]:
+    """The models tried before, as the file keeps them; none if it says something else under that name."""
+    entries = model.fit.get("history")
+    if not isinstance(entries, list):
+        return []
+    return entries if all(isinstance(e, Mapping) and e.keys() >= KEPT for e in entries) else []
 
 
 def _recorded(model: Model, search: Search, runs: Sequence[Run], history: Sequence[Mapping[str, Any]]) -> Model:

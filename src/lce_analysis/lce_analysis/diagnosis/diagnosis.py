@@ -341,9 +341,11 @@ def _doubtful(trial: Trial, options: DiagnoseOptions) -> bool:
 
 
 def _at_fault(base: StagedFit, options: DiagnoseOptions) -> Part | None:
-    """The part of the model behind the sensors that are beyond their noise."""
+    """The part of the model behind the sensors that are beyond their noise; None where these do not tell the part."""
     beyond = {channel for channel, x in base.mean_squares.items() if x > options.explained**2}
-    if not beyond:
+    stage = base.deformation
+    heat_unseen = stage is not None and not base.heat and not any(i.driven for i in stage.fit.problem.inputs)
+    if not beyond or heat_unseen:
         return None
     heat = TEMPERATURE in beyond
     return ("heat" if beyond == {TEMPERATURE} else "both") if heat else "deformation"

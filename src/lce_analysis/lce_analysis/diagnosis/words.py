@@ -42,6 +42,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
 """What the answer says of an effect that explains much and that it does not name."""
 AT_JUMPS: Final = 1.1
 """Error on every sample over that away from jumps, from which on it is reported."""
+LESS_WELL: Final = 1.2
+"""Error of a sensor in runs held out over that in the runs learnt from, from which on the answer says so."""
 RISES: Final = 1.02
 """Squared error with an effect over that without, from which on the answer says that it rises."""
 DEFAULT_THERMAL: Final = "lumped"
@@ -67,7 +69,7 @@ def in_words(found: Diagnosis) -> Iterator[str]:
         yield f"At a bound: {bound.sentence}."
     yield from _traces(found)
     yield from _left_out(found)
-    masked = [c.effect.name for c in found.candidates if c.standing != "missing" and not c.score.shown]
+    masked = [c.effect.name for c in found.candidates if c.standing not in ("missing", "trace") and not c.score.shown]
     if masked and found.verdict != "unexplained":
         yield f"These data would not show, at any strength within its bounds: {', '.join(masked)}."
 
@@ -156,6 +158,7 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
     if found.verdict == "adequate":
         nothing = "No effect is missing" if found.variations or found.other_base else "Nothing is missing"
         yield f"{nothing}: the model leaves {_levels(found.train.misfit['after'])}."
+        yield from _held_out_levels(found)
     if found.verdict == "cannot_tell":
         yield (
             f"Something may be missing ({_levels(found.train.misfit['after'])}), but these data cannot tell what: "
@@ -165,6 +168,16 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
         yield from _step(step)
     for variation in found.variations:
         yield _variation(variation, found.model)
+
+
+def _held_out_levels(found: Diagnosis) -> Iterator[str]:
+    """What the model leaves of the runs held out, and whether that is clearly more than of the runs learnt from."""
+    learnt, held_out = found.train.misfit["after"], found.test.misfit["after"]
+    if not held_out.total:
+        return
+    more = any(held_out.rms[c] > LESS_WELL * max(learnt.rms.get(c, 0.0), 1.0) for c in held_out.total)
+    told = ": the runs learnt from do not show what these do" if more else ""
+    yield f"Of {', '.join(found.held_out)}, held out, it leaves {_levels(held_out)}{told}."
 
 
 def _variation(step: VariationStep, model: Model) -> str:
@@ -242,7 +255,8 @@ def _stage_at_fault(found: Diagnosis) -> Iterator[str]:
 
 def _left_out(found: Diagnosis) -> Iterator[str]:
     """What was left out where no run was held out, or none that shows a sensor."""
-    blocks = found.model.varies or len(found.runs) == 1
+    judged = {accepted.held_out.how for accepted in found.accepted}
+    blocks = "each block in turn" in judged if judged else len(found.runs) == 1
     instead = "blocks of each run were left out in turn" if blocks else "each run was left out in turn"
     if not found.held_out:
         yield f"No run was held out: {instead}. Give one with --test."

@@ -144,12 +144,13 @@ def _fit_one(model: Model, run: Run, options: FitOptions, progress: Progress) ->
 
 
 def check_runs(model: Model, runs: Sequence[Run], options: FitOptions = FitOptions()) -> None:
-    """Raise LceError if a run says nothing of the model, or the runs are not of one strip."""
+    """Raise LceError if a run says nothing of the model, a sensor is stuck, or the runs are not of one strip."""
     lengths = {run.name: run.strip_length_m for run in runs if run.strip_length_m is not None}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name}: {length} m" for name, length in lengths.items())
         raise LceError(f"runs of strips of different length cannot share one parameter set ({listed})")
     mechanical = [channel for channel in MECHANICAL if model.predicts(channel)]
+    check_sensors(model, runs)
     for run in runs:
         if not mechanical and run.temperature is None:
             raise LceError(f"{run.name}: no temperature was measured, and the model has only a thermal stage")
@@ -162,6 +163,18 @@ def check_runs(model: Model, runs: Sequence[Run], options: FitOptions = FitOptio
     if model.deformation != "none" and not any(channel in run.series for run in runs for channel in mechanical):
         names = " or ".join(channel.name for channel in mechanical)
         raise LceError(f"no run has a {names}; fit with --deformation none")
+
+
+def check_sensors(model: Model, runs: Sequence[Run]) -> None:
+    """Raise LceError if a sensor that the model predicts never changes: no error relative to its spread exists."""
+    for run in runs:
+        for channel, series in run.measured.items():
+            if model.predicts(channel) and np.ptp(series.value) == 0.0:
+                value = f"{channel.display.from_si(float(series.value[0])):g} {channel.display.symbol}"
+                raise LceError(
+                    f"{run.name}: the {channel.name} is {value} throughout, as of a sensor that is stuck; leave the "
+                    "run out, or record it again"
+                )
 
 
 def _astray(problem: Problem, variables: Floats) -> bool:
