@@ -2,14 +2,18 @@
 """`lce diagnose`, `lce add` and `lce design` from files to files."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lce_app.cli.main import main as lce
+from lce_app.use_cases.diagnose import _own
+from lce_data.errors import LceError
 from lce_data.units import KELVIN
 from lce_model import default_model, load_model, save_model, simulate
+from lce_model.effects import find
 
 STRIP = default_model().add("creep").set({"creep.share": 0.12, "creep.tau_v": 8.0})
 
@@ -102,3 +106,11 @@ def test_what_cannot_be_done_is_one_line_and_writes_nothing(
     assert len(error) == 1
     assert told in error[0]
     assert not out.exists()
+
+
+def test_an_effect_of_ones_own_has_a_name_of_its_own() -> None:
+    creep = find("creep")
+    mine = replace(creep, name="mine", path="/tmp/mine.py")
+    assert _own([creep, mine, mine]) == [mine]
+    with pytest.raises(LceError, match=r"^/tmp/mine\.py: its name creep is that of an effect of the library"):
+        _own([replace(mine, name="creep")])

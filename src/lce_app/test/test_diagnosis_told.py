@@ -3,6 +3,7 @@
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,15 +12,17 @@ import pytest
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Addition, Diagnosis, add_effect, diagnose
 from lce_analysis.diagnosis.diagnosis import ErrorTable
+from lce_analysis.diagnosis.linearized_fit import spans
 from lce_analysis.options import CompareOptions
 from lce_app.cli.commands import diagnose as command
 from lce_app.workbench import drawings
 from lce_app.workbench.records import DiagnosisRecord, diagnosis_record, read_diagnosis
+from lce_data.channels import DISPLACEMENT
 from lce_data.run import Run, Series
 from lce_model import Model, default_model, simulate
 from lce_model.effects import find
 from lce_report import Intervals, Table
-from lce_report.figures.leading import strength_by_run, strength_intervals
+from lce_report.figures.leading import _picture, strength_by_run, strength_intervals
 from lce_report.pages.diagnosis import render_diagnosis
 from lce_report.tables import MEANING, addition_tables, diagnosis_tables, estimate
 
@@ -186,3 +189,26 @@ def test_an_added_effect_has_its_errors_run_by_run(added: Addition, runs: list[R
 )
 def test_a_value_is_told_to_two_digits_of_its_error(value: float, error: float, unit: str, text: str) -> None:
     assert estimate(value, error, unit) == text
+
+
+def test_an_adequate_model_says_what_it_leaves_of_the_runs_held_out(found: Diagnosis) -> None:
+    adequate = replace(found, verdict="adequate", accepted=())
+    assert any(re.match(r"Of other, held out, it leaves \d\.\d\d × the noise", line) for line in adequate.sentences)
+    worse = found.test.misfit["after"]
+    worse = replace(worse, total={channel: 25.0 * x for channel, x in worse.total.items()})
+    table = replace(found.test, misfit={**found.test.misfit, "after": worse})
+    said = replace(adequate, test=table).sentences
+    assert any(line.endswith(": the runs learnt from do not show what these do.") for line in said)
+
+
+def test_a_picture_is_of_one_series_whatever_sensors_the_two_fits_have(found: Diagnosis) -> None:
+    """With the effect, the heat may not be bent any more; its fit has the temperature as well."""
+    trial = found.steps[0].trial
+    whole, fit = _picture(trial, found.runs), trial.stage.fit
+    ends, observed = spans(fit.problem.observed), fit.problem.observed
+    own = [i for i, series in enumerate(observed) if series.channel is DISPLACEMENT]
+    problem = replace(fit.problem, observed=tuple(observed[i] for i in own))
+    residual = np.concatenate([fit.residual[slice(*ends[i])] for i in own])
+    before = replace(fit, problem=problem, residual=residual)
+    part = _picture(replace(trial, stage=replace(trial.stage, fit=before)), found.runs)
+    assert whole.sensor == "displacement" and part == whole

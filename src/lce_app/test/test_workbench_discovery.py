@@ -140,7 +140,7 @@ def test_the_button_comes_after_unexplained_alone(folder: Path) -> None:
         diagnosis = state.session.diagnosis_file(1)
         diagnosis.write_text(json.dumps({**DIAGNOSIS, "verdict": "adequate"}))
         state.version += 1
-        await user.should_see("Adequate: nothing is missing")
+        await user.should_see("Adequate: no effect is missing")
         await user.should_not_see(marker="discover")
 
     tell(folder, story)

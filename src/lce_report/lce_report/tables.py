@@ -14,6 +14,7 @@ from lce_analysis.diagnosis.strength import Estimate
 from lce_data.channels import SENSORS, Channel
 from lce_data.units import after_number, in_head
 from lce_model import Model
+from lce_model.effects import library
 from lce_report.blocks import Table
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
         ranking=_ranking(tried, found.steps) if tried else None,
         not_tried=" ".join(_not_tried(others, found.not_examined)),
         evidence=Table(
-            "The score test of each effect, alone, before anything was refitted",
+            "The score test of each effect, alone: the last one made, beside what had been added by then",
             ("effect", "stage", "evidence", "p", "visible", "expected strength", "would show from", "looks like"),
             [_evidence(c) for c in found.candidates],
         ),
@@ -96,9 +97,12 @@ def _not_tried(promised_little: Sequence[str], not_examined: Mapping[str, str]) 
     if promised_little:
         yield f"Not tried, because they promised too little: {', '.join(promised_little)}."
     events = [name for name, why in not_examined.items() if why == EVENT]
-    unread = [name for name in not_examined if name not in events]
+    own = [name for name in not_examined if name not in events and name not in library()]
+    unread = [name for name in not_examined if name not in (*events, *own)]
     if unread:
         yield f"Not examined, because they read what a run did not record or what never changes: {', '.join(unread)}."
+    for name in own:
+        yield f"Not examined: {not_examined[name]}."
     if events:
         yield f"Not examined, because they begin at a time that several runs do not share: {', '.join(events)}."
 
@@ -292,7 +296,7 @@ def _evidence(c: Candidate) -> tuple[str, ...]:
 def _few(names: Sequence[str]) -> str:
     """The names of runs, or how many there are."""
     text = ", ".join(names)
-    return text if len(text) <= NAMES else f"{len(names)} runs"
+    return text if len(text) <= NAMES or len(names) == 1 else f"{len(names)} runs"
 
 
 def left_out(held_out: HeldOut) -> str:

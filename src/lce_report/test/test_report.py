@@ -44,7 +44,8 @@ from lce_report.figures.before_after import overlays
 from lce_report.figures.errors import error_reductions
 from lce_report.html.arrays import BUCKETS, GAP, LEVELS, Arrays, distinct, visible
 from lce_report.pages.comparison import render_comparison
-from lce_report.tables import models_tried
+from lce_report.pages.diagnosis import _rest
+from lce_report.tables import _few, models_tried
 
 Floats = NDArray[np.float64]
 Record = Callable[..., Run]
@@ -310,3 +311,13 @@ def test_a_report_tells_specimen_notes_and_markers_as_text(recorded: Record) -> 
     for words in ("Specimen: A7 &lt;b&gt;", "Day: 2026-11-22", "Notes: a &amp; b"):
         assert words in page
     assert "Marked: &lt;/script&gt;&lt;i&gt;lamp at 3.0 s" in page and "</script><i>" not in page
+
+
+def test_the_name_of_one_run_stands_for_itself_however_long() -> None:
+    assert _few(["a-run-with-quite-a-long-name"]) == "a-run-with-quite-a-long-name"
+    assert _few(["a-run-with-quite-a-long-name", "b"]) == "2 runs"
+
+
+def test_one_run_cannot_show_what_repeats_itself() -> None:
+    assert "Only one run was given" in str(_rest((), 1, 0.15)[0])
+    assert "Nothing that repeats itself" in str(_rest((), 2, 0.15)[0])

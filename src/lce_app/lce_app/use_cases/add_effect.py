@@ -12,6 +12,7 @@ import lce_analysis.diagnosis as diagnosing
 from lce_analysis.comparison.compare import compare
 from lce_analysis.diagnosis import Addition
 from lce_analysis.identification.bounds import bounded
+from lce_analysis.identification.identify import check_sensors
 from lce_analysis.options import CompareOptions, DiagnoseOptions
 from lce_app.use_cases.loading import load_model_and_effects, load_runs_and_tests
 from lce_data.files import write_atomically
@@ -76,6 +77,7 @@ def add_effect(
     """
     runs, test_runs = load_runs_and_tests(run_files, test_files)
     model, (chosen,) = bounded(*load_model_and_effects(model_file, [effect]), bounds)
+    check_sensors(model, test_runs)  # each run is compared by itself
     addition = diagnosing.add_effect(model, chosen, runs, test_runs, options, progress, cancel)
     every, held_out = [*runs, *test_runs], frozenset(run.name for run in test_runs)
     drive = CompareOptions(drive=addition.model.fit["drive"])

@@ -4,19 +4,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import lce_analysis.diagnosis as diagnosing
 from lce_analysis.diagnosis import Diagnosis
 from lce_analysis.identification.bounds import bounded
+from lce_analysis.identification.identify import check_sensors
 from lce_analysis.options import DiagnoseOptions
 from lce_app.cluster import Cluster
 from lce_app.use_cases.loading import load_model_and_effects, load_runs_and_tests
+from lce_data.errors import LceError
 from lce_data.files import write_atomically
 from lce_data.progress import CancelToken, Progress, silent, watched
-from lce_model.effects import library
+from lce_model.effects import Effect, library
 from lce_report.pages.diagnosis import render_diagnosis
 
 
@@ -82,7 +84,9 @@ def diagnose(
     progress = watched(progress, cancel)
     model, named = load_model_and_effects(model_file, options.effects)
     runs, test_runs = load_runs_and_tests(run_files, test_files)
-    model, candidates = bounded(model, [*library().values(), *named], options.bounds)
+    model, candidates = bounded(model, [*library().values(), *_own(named)], options.bounds)
+    if report_file:
+        check_sensors(model, test_runs)  # the report compares each run by itself
     with options.cluster.used():
         diagnosis = diagnosing.diagnose(model, runs, test_runs, candidates, options.diagnosis, progress)
     report = render_diagnosis(diagnosis, runs, test_runs, options.diagnosis) if report_file else ""
@@ -91,3 +95,14 @@ def diagnose(
     if report_file:
         write_atomically(report_file, report)
     return diagnosis
+
+
+def _own(named: Iterable[Effect]) -> list[Effect]:
+    """The effects that are not of the library, each once. Raises LceError if one has the name of another."""
+    own = {effect.reference: effect for effect in named if effect.path}
+    known = dict.fromkeys(library(), "an effect of the library")
+    for reference, effect in own.items():
+        if effect.name in known:
+            raise LceError(f"{reference}: its name {effect.name} is that of {known[effect.name]}; give it another")
+        known[effect.name] = reference
+    return list(own.values())

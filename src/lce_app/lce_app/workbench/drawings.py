@@ -51,13 +51,13 @@ def addition(found: AdditionRecord) -> Sequence[Block]:
 
 
 def signature(model: Model, run: Run, effect: str, settings: Mapping[str, float]) -> Sequence[Block]:
-    """The residual of a run, and what the effect at its expected strength would change, before any refit."""
+    """The residual of a run, and what the effect would change at the values given, all others as they are."""
     blocks: list[Block] = []
     for channel, found in effect_signature(model, run, effect, settings).items():
         axis, factor = residual_axis(channel), channel.difference.factor
         curves = (
             Curve("measured − model", found.residual * factor, "residual"),
-            Curve(f"what {effect} would add before the refit", found.change * factor, "after"),
+            Curve(f"what {effect} would add to this model, nothing else refitted", found.change * factor, "after"),
         )
         name = f"{axis.name} of {run.name}, and {effect}"
         blocks.append(Lines(name, TIME, axis, found.time_s, curves, linked=f"{effect} {run.name}"))

@@ -71,7 +71,7 @@ def render_diagnosis(
         Section("The errors", [*error_blocks(tables), *error_reductions(compared, held_out)]),
         Section("The candidates", candidates(tables, leading_candidates(found))),
         signature_section(found.signatures),
-        Section("What is left", _rest(found.rest, options.structured)),
+        Section("What is left", _rest(found.rest, len(found.runs), options.structured)),
         *overlays(compared, held_out),
     ]
     return render("Which effect is missing", found.sentences, sections, provenance(found.model, every, found.drive))
@@ -100,8 +100,8 @@ def evidence_details(tables: DiagnosisTables) -> Details:
     return Details("Evidence, p-values and aliases of all candidates", [ABOUT_EVIDENCE, tables.evidence])
 
 
-def _rest(dependences: Sequence[Dependence], structured: float) -> list[Block]:
-    if not dependences:
+def _rest(dependences: Sequence[Dependence], runs: int, structured: float) -> list[Block]:
+    if runs < 2:
         return ["Only one run was given, so the data cannot show whether the rest repeats itself."]
     left = [d for d in dependences if d.share > LEAST]
     if not left:

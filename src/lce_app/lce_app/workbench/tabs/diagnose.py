@@ -25,7 +25,7 @@ from lce_report.figures.leading import LeadingCandidate
 from lce_report.tables import outcome
 
 VERDICTS: Final = {
-    "adequate": "Adequate: nothing is missing",
+    "adequate": "Adequate: no effect is missing",
     "missing": "An effect is missing",
     "unexplained": "Unexplained: no effect of the library explains what is left",
     "cannot_tell": "Cannot tell: these data do not say",
@@ -138,7 +138,7 @@ def _candidate(
         _described(candidate)
         values = ", ".join(f"{key} = {value:.3g}" for key, value in candidate.settings.items())
         ui.label(f"{'Refitted' if tried else 'Expected'}: {values}.")
-        if not candidate.shown:
+        if not candidate.shown and candidate.standing not in ("missing", "trace"):
             ui.label("These data would not show it, at any strength within its bounds.")
         if candidate.aliases:
             ui.label(
