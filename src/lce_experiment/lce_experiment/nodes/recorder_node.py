@@ -113,14 +113,20 @@ class Recorder(LceNode):
     def close(self) -> None:
         """Finish the bag once the laser is dark, with what is still in the queues."""
         if not self._about.ended:
-            self._take_waiting()
-            until_s = time.monotonic() + LAST_ZERO_S
-            while self._is_lit() and time.monotonic() < until_s:
-                time.sleep(_LOOK_S)
-                self._take_waiting()
-            self._take_waiting()  # what came before the laser was gone
-            self._finish()
+            try:
+                self._take_the_last()
+            finally:
+                self._finish()
         super().close()
+
+    def _take_the_last(self) -> None:
+        """Record until the laser is dark."""
+        self._take_waiting()
+        until_s = time.monotonic() + LAST_ZERO_S
+        while self._is_lit() and time.monotonic() < until_s:
+            time.sleep(_LOOK_S)
+            self._take_waiting()
+        self._take_waiting()  # what came before the laser was gone
 
     def _finish(self) -> None:
         try:
@@ -209,9 +215,15 @@ class Recorder(LceNode):
         if stream.topic == POWER.topic:
             self._last_power = message
 
-    def _count_lost(self, topic: str, number: int) -> None:
-        """Count gaps in the numbers that a publisher gives its messages, on topics with one publisher."""
+    def _count_lost(self, topic: str, number: int | None) -> None:
+        """Count gaps in the numbers that a publisher gives its messages, on topics with one publisher.
+
+        A middleware that gives none leaves nothing to count.
+        """
         if topic not in self._lost:
+            return
+        if number is None:
+            del self._lost[topic]
             return
         last = self._numbers.get(topic, number - 1)
         if number <= last:

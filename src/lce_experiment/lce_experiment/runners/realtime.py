@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 import os
+import re
 import selectors
 import tempfile
 from pathlib import Path
+from typing import Final
 
 from lce_data.progress import Progress
 from lce_experiment.plan import Plan
 from lce_experiment.runners.processes import Processes
 
 _LOOK_S = 0.01
+NUMBER: Final = re.compile(rb"[0-9.e+-]+")
+"""The seconds played; with RCUTILS_LOGGING_USE_STDOUT=1 the log stands among them."""
 
 
 def run_realtime(plan: Plan, progress: Progress) -> None:
@@ -37,7 +41,8 @@ def run_realtime(plan: Plan, progress: Progress) -> None:
                         break
                     *lines, rest = (rest + data).split(b"\n")
                     for line in lines:
-                        plan.report(progress, float(line))
+                        if NUMBER.fullmatch(line):
+                            plan.report(progress, float(line))
                 nodes.check(but=plan.player.name)
         nodes.stop(plan.player.name, after_s=5.0)
         nodes.check()
