@@ -246,7 +246,7 @@ def test_a_cell_of_the_shares_lights_its_samples_up(folder: Path) -> None:
     seconds = sum(to - since for spans in found.values() for since, to in spans)
     total = sum(run.run.displacement.time_s[-1] for run in comparison.runs if run.run.displacement is not None)
     assert seconds / total == pytest.approx(ramp[1].sample_share, abs=0.01)
-    assert set(picked_samples(comparison, "displacement cycle", 0, 0)) == {"pulse", "stairs", "later/other"}
+    assert set(picked_samples(comparison, "displacement cycle", 0, 0)) == {"pulse", "stairs", "other"}
     assert not any(picked_samples(comparison, "", 0, 0).values())
 
 
@@ -577,7 +577,7 @@ def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
     model, comparison = state.model(), state.comparison()
     assert model is not None and comparison is not None
     run = state.runs("train")["pulse.csv"]
-    for channel, compared in next(found for found in comparison.runs if found.run is run).channels.items():
+    for channel, compared in next(found for found in comparison.runs if found.run.name == run.name).channels.items():
         curve = ByHand.of(model, run).curves(model)[f"{drawings.title(channel)}/{LABEL}"]
         assert curve == pytest.approx(channel.display.from_si(channel.recorded.to_si(compared.modelled)))
 
@@ -585,7 +585,7 @@ def test_curves_by_hand_are_what_the_model_says(folder: Path) -> None:
 def test_the_loop_is_coloured_by_branch_or_cycle(folder: Path) -> None:
     comparison = with_model(folder).comparison()
     assert comparison is not None
-    (other,) = [run for run in comparison.runs if run.run.name == "later/other"]
+    (other,) = [run for run in comparison.runs if run.run.name == "other"]
     wanted: dict[Colouring, list[str]] = {"branch": ["heating", "cooling"], "cycle": ["cycle 1", "cycle 2"]}
     for by, parts in wanted.items():
         (loop,) = [
@@ -605,7 +605,7 @@ def test_two_runs_of_one_name_stay_two(folder: Path) -> None:
     (folder / "pulse.csv").rename(folder / "other.csv")
     comparison = with_model(folder).comparison()
     assert comparison is not None
-    assert set(comparison.shares[DISPLACEMENT].runs) == {"other", "stairs", "later/other"}
+    assert set(comparison.shares[DISPLACEMENT].runs) == {f"{folder.name}/other", "stairs", "later/other"}
 
 
 @pytest.mark.parametrize("protocol", ["../outside.csv", "/etc/hostname", "waves", "pulse.csv/../../outside.csv"])
