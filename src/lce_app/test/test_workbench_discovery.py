@@ -177,6 +177,16 @@ def test_a_run_has_the_name_that_a_job_gives_it(folder: Path) -> None:
     assert [run.name for run in state.used().values()] == ["pulse", "holds"]
 
 
+def test_a_link_to_a_run_does_not_keep_the_page_from_opening(folder: Path) -> None:
+    (folder / "later").mkdir()
+    for link in ("again.csv", "later/pulse.csv"):
+        (folder / link).symlink_to(folder / "pulse.csv")
+    used = opened(folder).used()
+    assert [used[name].name for name in ("again.csv", "later/pulse.csv", "pulse.csv")] == ["again", "pulse", "pulse"]
+    with pytest.raises(LceError, match="is given twice"):
+        read_runs([folder / "again.csv", folder / "pulse.csv"])
+
+
 def test_the_base_model_that_does_better_is_identified_by_a_click(folder: Path) -> None:
     warm_up()
     better = {"deformation": "none", "effects": ["radiation"], "varies": [], "added": ["radiation"]}

@@ -48,26 +48,26 @@ def read_runs(paths: Iterable[str | Path]) -> tuple[Run, ...]:
     --------
     >>> runs = read_runs(["runs/pulse", "runs/stairs.csv"])  # doctest: +SKIP
     """
-    return told_apart([read_run(p) for p in paths])
+    runs = [read_run(p) for p in paths]
+    places = Counter(run.path.resolve() for run in runs)
+    for run in runs:
+        if places[run.path.resolve()] > 1:
+            raise LceError(f"{run.path}: is given twice")
+    return told_apart(runs)
 
 
 def told_apart(runs: Sequence[Run]) -> tuple[Run, ...]:
     """Runs of the same name get the names of their folders in front, as many as tell them apart.
 
-    Raises
-    ------
-    LceError
-        If a run is given twice.
+    The same run may be there twice, as by a link.
     """
     places = [run.path.resolve() for run in runs]
-    for run, place in zip(runs, places, strict=True):
-        if places.count(place) > 1:
-            raise LceError(f"{run.path}: is given twice")
     # A bag and a CSV of one name, beside each other, differ in what is behind it.
-    beside_it = Counter((place.parent, run.name) for run, place in zip(runs, places, strict=True))
+    distinct = {(place, run.name) for run, place in zip(runs, places, strict=True)}
+    beside_it = Counter((place.parent, name) for place, name in distinct)
     plain = [p.name if beside_it[p.parent, run.name] > 1 else run.name for run, p in zip(runs, places, strict=True)]
     names, depth = plain, 0
-    while len(set(names)) < len(names):
+    while len(set(names)) < len(set(zip(names, places, strict=True))):
         depth += 1
         names = [
             "/".join((*place.parts[1:-1][-depth:], name)) if plain.count(name) > 1 else name
