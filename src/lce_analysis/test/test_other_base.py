@@ -76,6 +76,20 @@ def test_another_base_model_explains_what_the_best_trial_of_a_wrong_one_leaves()
     assert not OtherBases(wrong).explain(strip)
 
 
+@pytest.mark.parametrize("truth", ["equilibrium", "kinetic"])
+def test_a_search_beside_a_slow_model_ends_where_the_quickest_needs_no_effect(
+    truth: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The slow model is the kinetic one here, and within 50 × noise all counts as explained."""
+    runs = recorded(lce.default_model("lumped", truth))
+    start = lce.fit(lce.default_model("lumped", "kinetic"), runs[:2]).model
+    search = Search(start, runs[:2], runs[2:], [find("backlash")], DiagnoseOptions(explained=50.0), silent)
+    monkeypatch.setattr("lce_analysis.diagnosis.other_base.SLOWEST", "kinetic")
+    bases, mended = OtherBases(search), search.present.model.add("backlash").set({"backlash.width": 1e-6})
+    assert bases.explain(mended) == (truth == "equilibrium")
+    assert not bases.explain(search.present.model), "nothing was added to it"
+
+
 def test_each_base_model_that_begins_nearly_as_well_as_the_best_is_searched() -> None:
     runs = recorded(lce.default_model("lumped", "equilibrium", ("phase_kinetics",)).set({"phase_kinetics.tau_x": 2.0}))
     candidates = [find("phase_kinetics")]

@@ -251,5 +251,7 @@ def test_only_the_best_trial_of_a_step_is_identified_from_scratch(
         return trial if trial is second else None
 
     monkeypatch.setattr(search, "_confirmed", confirmed)
-    assert search._next([refused, first, second, third], heat=False, may_differ=False) is second
-    assert asked == [("first", True), ("second", False)]
+    for anew in (True, False):
+        asked.clear()
+        assert search._next([refused, first, second, third], heat=False, may_differ=False, anew=anew) is second
+        assert asked == [("first", anew), ("second", False)]

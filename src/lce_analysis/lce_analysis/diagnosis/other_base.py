@@ -89,15 +89,17 @@ class OtherBases:
     def explain(self, model: Model) -> bool:
         """Does the best of them explain the displacement, where the best trial of the search does not?
 
-        This is only asked of the dynamic model: to identify that one from scratch beside every effect takes longer than
-        all that is done here.
+        Where that does, only the quickest counts, if it leaves no more without any effect. This is only asked of the
+        dynamic model: to identify that one from scratch beside every effect takes longer than all that is done here.
         """
         search, options = self._search, self._search.options
         measured = DISPLACEMENT in search.present.mean_squares
         if model.deformation != SLOWEST or not measured or search.present.drive == "measured":
             return False
-        own = _errors(search, _before_deformation(search).model, model)
-        if _explains(own, options) or not self._begin_well:
+        before = _before_deformation(search).model
+        if _explains(_errors(search, before, model), options):
+            return model is not search.present.model and self._quickest_does_as_well(before, model)
+        if not self._begin_well:
             return False
         pair = _errors(search, model, self._found[0])
         return _explains(pair, options) and _leaves_less(pair, options)
@@ -108,8 +110,10 @@ class OtherBases:
         present = search.present
         if present.drive == "measured":
             return None
+        found: tuple[Model, tuple[Step, ...]] | None
         if present.mean_squares.get(DISPLACEMENT, 0.0) <= options.compared_from**2:
-            found = self._quickest_alone
+            # Where effects of the deformation explain the displacement, only the quickest may do without them.
+            found = (self._quickest, ()) if _deformation_steps(search) and self._quickest else None
         else:
             found = self._found if self._begin_well else None
         if found is None:
@@ -126,11 +130,18 @@ class OtherBases:
         names = tuple(run.name for run in _judged(search).runs)
         return OtherBase(model, steps, tuple(_names(present.model)), pair.before, pair.after, names)
 
-    @property
-    def _quickest_alone(self) -> tuple[Model, tuple[Step, ...]] | None:
-        """The quickest of them without effects, where the present one needed effects of the deformation."""
-        model = _identified(QUICKEST, self._search) if _deformation_steps(self._search) else None
-        return None if model is None else (model, ())
+    def _quickest_does_as_well(self, before: Model, model: Model) -> bool:
+        """Does the quickest, without effects, do what a model does that has more of them than the one before?"""
+        options = self._search.options
+        if self._quickest is None:
+            return False
+        instead, beside = (_errors(self._search, one, self._quickest) for one in (before, model))
+        return _explains(instead, options) and _leaves_less(instead, options) and _leaves_no_more(beside, options)
+
+    @cached_property
+    def _quickest(self) -> Model | None:
+        """The quickest of them without effects of the deformation; None if the present model is of that form."""
+        return _identified(QUICKEST, self._search)
 
     @cached_property
     def _begin_well(self) -> list[Model]:

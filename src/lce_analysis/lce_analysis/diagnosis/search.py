@@ -81,13 +81,13 @@ class Search(Chain):
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         effects_left = True
         while len(self.steps) < self.options.max_effects:
-            trials = self._far_reaching(heat) if effects_left else []
+            trials, anew = self._far_reaching(heat) if effects_left else ([], False)
             effects_left = bool(trials)
             if given_up(self._best_of(trials)):
                 for trial in (t for t in trials if not t.objection):
                     self.trials.reject(trial, "base")
                 break
-            found = self._next(trials, heat, may_differ)
+            found = self._next(trials, heat, may_differ, anew)
             if found is None:
                 break
             self.accept(found)
@@ -103,24 +103,26 @@ class Search(Chain):
             if anew is not None:
                 self.move(anew)
 
-    def _far_reaching(self, heat: bool) -> list[Trial]:
-        """Trials of one part of the model, judged; none if no effect goes far."""
-        trials = self.trials.judged(self._tried(heat))
-        if not heat:
-            trials = [*map(self._elsewhere, trials[:1]), *trials[1:]]
+    def _far_reaching(self, heat: bool) -> tuple[list[Trial], bool]:
+        """Trials of one part of the model, judged; none if no effect goes far.
+
+        Also whether an identification from scratch is still worth its time in this step.
+        """
+        trials, anew = self.trials.judged(self._tried(heat)), True
+        if not heat and trials and self._wants_another_strength(trials[0]):
+            trials, anew = [self._elsewhere(trials[0]), *trials[1:]], False
         if any(goes_far(trial, self.options) for trial in trials):
-            return trials
+            return trials, anew
         for trial in (t for t in trials if not t.objection):
             self.trials.reject(trial, "part")
-        return []
+        return [], False
+
+    def _wants_another_strength(self, best: Trial) -> bool:
+        """Does only its strength speak against a trial? In a poor minimum that is not the one that the runs want."""
+        return best.objection == "varies" and goes_far(best, self.options)
 
     def _elsewhere(self, best: Trial) -> Trial:
-        """The best trial where an identification from scratch ends, if only its strength spoke against it before.
-
-        In a poor minimum the strength of the fit is not the one that the runs want.
-        """
-        if best.objection != "varies" or not goes_far(best, self.options):
-            return best
+        """The trial where an identification from scratch ends."""
         fit = self.refitted(self.with_effect_of(best))
         found = (self.identified_anew(fit) or fit).deformation
         if found is None or not set(best.stage.channels) <= set(found.channels):
@@ -132,12 +134,12 @@ class Search(Chain):
         best = next((t for t in trials if not t.objection), None)
         return self.present.model if best is None else self.with_effect_of(best)
 
-    def _next(self, trials: Sequence[Trial], heat: bool, may_differ: bool) -> Accepted | None:
+    def _next(self, trials: Sequence[Trial], heat: bool, may_differ: bool, anew: bool) -> Accepted | None:
         """The effect that passes, or the parameter that differs from run to run: whichever takes more of the error.
 
         What differs is looked for where a sensor is left beyond the noise, which one effect does not explain.
         """
-        step, anew = None, True
+        step = None
         for trial in (t for t in trials if not t.objection):
             step, anew = self._confirmed(trial, trials, anew), False
             if step is not None:
@@ -237,8 +239,11 @@ class Search(Chain):
     def _may_be_all(self, trial: Trial) -> bool:
         """Might the effect be all that is missing behind the heat? It is the first found, or takes most of the rest.
 
-        Where more is missing an identification from scratch leads no further, and it takes longest of all.
+        Where more is missing an identification from scratch leads no further, and it takes longest of all. For an
+        effect that was refused once it is not worth its time again.
         """
+        if trial.effect.name in self.trials.refused:
+            return False
         return not self.of_part(False, Step) or reach(trial, self.options) >= self.options.most
 
     def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:

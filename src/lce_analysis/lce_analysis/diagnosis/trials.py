@@ -30,6 +30,7 @@ class Trials:
     """Tries candidates, and keeps the latest that is known of each.
 
     scores, tried, aliases : by name of the effect, its score test, its trial, and effects that look like it.
+    refused : names of the effects that were not accepted although their trial passed, or were taken back.
     """
 
     def __init__(self, candidates: int, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress) -> None:
@@ -37,6 +38,7 @@ class Trials:
         self.scores: dict[str, Score] = {}
         self.tried: dict[str, Trial] = {}
         self.aliases: dict[str, tuple[str, ...]] = {}
+        self.refused: set[str] = set()
 
     def likely(self, stages: Sequence[StageProblem]) -> list[Trial]:
         """The candidates that promise most, refitted, not judged yet; the best first."""
@@ -83,6 +85,7 @@ class Trials:
     def reject(self, trial: Trial, reason: Objection) -> None:
         """Note why an effect was not accepted."""
         self.tried[trial.effect.name] = replace(trial, objection=reason)
+        self.refused.add(trial.effect.name)
 
     def alias_set(self, best: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
         """The effects that explain the same: refitted nearly as well, or collinear and never refitted.

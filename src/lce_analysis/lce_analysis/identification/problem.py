@@ -5,11 +5,13 @@ A parameter that differs from run to run is a random effect: each run has an off
 scale of the search variables, and the offsets are drawn towards zero by their spread (:mod:`lce_model.variation`).
 """
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Final, Self
 
 import numpy as np
@@ -38,7 +40,8 @@ PARAMETER_STEP: Final = 1e-6
 START_STEP_K: Final = 1e-3
 """Steps of the differences: of a parameter as a search variable, and of a start temperature."""
 
-_POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
+_CORES: Final = os.cpu_count() or 1
+_POOL = ThreadPoolExecutor(max_workers=_CORES)
 """The kernels release the interpreter lock, so threads use all cores."""
 
 
@@ -252,6 +255,23 @@ class Problem:
     def _modelled(self, run: int, own: Floats, start_k: Floats) -> list[Floats]:
         return self._weighted(run, self._outputs(run, own, start_k))
 
+    def _modelled_rows(self, variables: Floats, starts: Floats) -> list[list[Floats]]:
+        """Weighted outputs (m, size) of the series of every run, for rows of variables (m, all) and starts (m, runs).
+
+        A run is simulated in pieces where there are fewer runs than cores.
+        """
+        count, runs = variables.shape[0], range(len(self.inputs))
+        pieces = min(count, math.ceil(2 * _CORES / len(self.inputs)))
+        cuts = [count * piece // pieces for piece in range(pieces + 1)]
+
+        def modelled(task: tuple[int, slice]) -> list[Floats]:
+            run, rows = task
+            return self._modelled(run, self.own(variables[rows], run), starts[rows, run])
+
+        found = list(_POOL.map(modelled, [(run, slice(*rows)) for run in runs for rows in pairwise(cuts)]))
+        of_runs = (found[first : first + pieces] for first in range(0, len(found), pieces))
+        return [[np.concatenate(series) for series in zip(*parts, strict=True)] for parts in of_runs]
+
     def _each_run(self, compute: Callable[[int], list[Floats]]) -> list[list[Floats]]:
         return list(_POOL.map(compute, range(len(self.inputs))))
 
@@ -287,9 +307,11 @@ class Problem:
         starts = self.split(shifted)[1]
         start_here = self.split(variables)[1]
 
+        shifted_outputs = self._modelled_rows(shifted, starts)
+
         def slopes_of_run(i: int) -> list[Floats]:
             slopes = []
-            for modelled in self._modelled(i, self.own(shifted, i), starts[:, i]):
+            for modelled in shifted_outputs[i]:
                 span = 2.0 * PARAMETER_STEP if central else PARAMETER_STEP
                 of_series = np.zeros((variables.size, modelled.shape[1]))
                 of_series[:k] = (modelled[:k] - modelled[k:]) / span
