@@ -46,3 +46,14 @@ def test_a_search_that_gets_on_goes_to_the_end(problem: Problem) -> None:
     start = problem.first()
     to_the_end = levenberg_marquardt(problem, start, "", silent)
     assert levenberg_marquardt(problem, start, "", silent, slow=1e-12).rms == pytest.approx(to_the_end.rms, rel=1e-6)
+
+
+def test_the_jacobian_is_the_same_in_pieces(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    start = problem.first()
+    whole = []
+    for cores in (1, 2, 3, 100):
+        monkeypatch.setattr("lce_analysis.identification.problem._CORES", cores)
+        whole.append(problem.jacobian(start))
+    assert whole[0].shape == (600, 3)
+    for pieces in whole[1:]:
+        np.testing.assert_array_equal(pieces, whole[0])
