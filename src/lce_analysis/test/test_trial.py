@@ -17,7 +17,16 @@ from lce_analysis.diagnosis.score import Direction, Score
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Estimate, Strengths
-from lce_analysis.diagnosis.trial import Trial, effect_alone, gets_worse, goes_far, objection, penalty, with_effect
+from lce_analysis.diagnosis.trial import (
+    Trial,
+    effect_alone,
+    gets_worse,
+    goes_far,
+    objection,
+    penalty,
+    untouched_by,
+    with_effect,
+)
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.diagnosis.words import _gets_worse
 from lce_analysis.identification.problem import ObservedSeries, Problem
@@ -145,8 +154,8 @@ def test_the_answer_says_which_sensor_gets_worse_that_did_not_decide() -> None:
 
     def said(before: float, after: float) -> list[str]:
         held_out = _held_out({TEMPERATURE: 9.0, DISPLACEMENT: before}, {TEMPERATURE: 1.0, DISPLACEMENT: after})
-        stage = SimpleNamespace(channels=(TEMPERATURE,))
-        return list(_gets_worse(SimpleNamespace(held_out=held_out, trial=SimpleNamespace(stage=stage))))
+        trial = SimpleNamespace(stage=SimpleNamespace(channels=(TEMPERATURE,)), effect=find("radiation"))
+        return list(_gets_worse(SimpleNamespace(held_out=held_out, trial=trial)))
 
     (sentence,) = said(50.0, 60.0)
     assert sentence == "The displacement is explained worse with it; the effect was judged on the temperature."
@@ -242,6 +251,17 @@ def test_a_sensor_of_its_own_stage_may_rise_less_than_one_of_another() -> None:
     bent = _held_out({TEMPERATURE: 1.0}, {TEMPERATURE: 1.1})
     assert not gets_worse(STAGE, bent, OPTIONS)
     assert gets_worse(heat, bent, OPTIONS)
+
+
+def test_a_temperature_that_an_effect_does_nothing_to_may_rise_as_one_of_another_stage() -> None:
+    both = StageProblem("both", _fit(5.0, 0.0, TEMPERATURE), (), "model")
+    assert untouched_by(CREEP) is TEMPERATURE and untouched_by(find("radiation")) is None
+    for share, worse in ((0.9, False), (1.1, True)):
+        moved = _held_out(
+            {TEMPERATURE: 1.0, DISPLACEMENT: 50.0}, {TEMPERATURE: 1.0 + share * OPTIONS.bent, DISPLACEMENT: 1.0}
+        )
+        assert gets_worse(both, moved, OPTIONS, untouched=TEMPERATURE) is worse
+        assert gets_worse(both, moved, OPTIONS)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, reduction_of, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, rises
+from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, rises, untouched_by
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions
@@ -65,8 +65,10 @@ def not_borne_out(step: Step, options: DiagnoseOptions) -> Objection:
     before, after = step.held_out.before, step.held_out.after
     channels = [c for c in step.trial.stage.channels if c in before.total]
     falls = step.actual_reduction > 0.0 and any(after.mean_square(c) < before.mean_square(c) for c in channels)
-    risen = rises(step.trial.stage, *step.train, options.bent, options) or bends_the_heat(step, options)
-    return on_data_left_out(step.trial.stage, step.held_out, options) if falls and not risen else "worse"
+    stage, untouched = step.trial.stage, untouched_by(step.trial.effect)
+    if not falls or rises(stage, *step.train, options.bent, options) or bends_the_heat(step, options):
+        return "worse"
+    return on_data_left_out(stage, step.held_out, options, untouched)
 
 
 def bends_the_heat(step: Step, options: DiagnoseOptions) -> bool:
@@ -256,14 +258,13 @@ def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
     If not, it stands in for something else, that the library or the base model lacks. A sensor that was at its noise
-    before does not count, nor the temperature if the effect does nothing to it: a joint refit moves it a little,
-    whatever the effect. Where the heat is not explained, and the measured temperature drives the deformation, the
-    effect has to bring the displacement near its noise.
+    before does not count, nor the temperature if the effect does nothing to it. Where the heat is not explained, and
+    the measured temperature drives the deformation, the effect has to bring the displacement near its noise.
 
     judged : errors before and after; those behind the first have to show it as well, unless they are explained.
     """
     driven = last.trial.stage.drive == "measured"
-    untouched = TEMPERATURE if isinstance(last, Step) and not acts_on_temperature(last.trial.effect) else None
+    untouched = untouched_by(last.trial.effect) if isinstance(last, Step) else None
     channels = (c for c in last.trial.stage.channels if c in judged[0].judged_before.total and c is not untouched)
     for channel in (c for c in channels if judged[0].judged_before.above_noise(c) > options.worth_noise):
         errors = [(p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in judged]

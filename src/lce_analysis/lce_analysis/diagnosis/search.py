@@ -24,7 +24,7 @@ from lce_analysis.diagnosis.looking_back import (
 from lce_analysis.diagnosis.misfit import Misfit, reduction_of
 from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem, carried
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import Trial, gets_worse, goes_far, on_data_left_out, reach
+from lce_analysis.diagnosis.trial import Trial, gets_worse, goes_far, on_data_left_out, reach, untouched_by
 from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_data.channels import TEMPERATURE
 from lce_data.errors import LceError
@@ -201,11 +201,12 @@ class Search(Chain):
         anew : may the deformation be identified from scratch? That takes longest, and is for the best trial.
         """
         step = self._step(trial, self.trials.alias_set(trial, trials), anew)
-        if gets_worse(trial.stage, step.held_out, self.options) or bends_the_heat(step, self.options):
+        stage, untouched, options = trial.stage, untouched_by(trial.effect), self.options
+        if gets_worse(stage, step.held_out, options, untouched) or bends_the_heat(step, options):
             self.trials.reject(trial, "worse")
             return None
-        tested = self.left_out.on_test_runs(trial.stage, self.present.model, step.with_it.model)
-        if tested is not None and (reason := on_data_left_out(trial.stage, tested, self.options)):
+        tested = self.left_out.on_test_runs(stage, self.present.model, step.with_it.model)
+        if tested is not None and (reason := on_data_left_out(stage, tested, options, untouched)):
             self.trials.reject(trial, reason)
             return None
         if self._mends_the_drive(step):

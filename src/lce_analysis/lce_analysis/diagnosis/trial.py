@@ -16,8 +16,10 @@ from lce_analysis.diagnosis.score import Score
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Strengths
 from lce_analysis.identification.problem import Problem
+from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.inputs import differs_between_runs_only
 from lce_analysis.options import DiagnoseOptions
+from lce_data.channels import TEMPERATURE, Channel
 from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
@@ -79,6 +81,11 @@ class Trial:
     def reduction(self) -> float:
         """Share of the error above the noise that went in the refit, all sensors with the same weight."""
         return reduction_of(self.stage.fit.mean_squares, self.fit.mean_squares)
+
+
+def untouched_by(effect: Effect) -> Channel | None:
+    """The temperature, if the effect does nothing to it: a joint refit moves it a little, whatever the effect."""
+    return None if acts_on_temperature(effect) else TEMPERATURE
 
 
 def with_effect(problem: Problem, effect: Effect) -> Problem:
@@ -171,16 +178,18 @@ def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection
         return "masked"
     if trial.held_out is None:
         return ""
-    found = on_data_left_out(trial.stage, trial.held_out, options)
+    found = on_data_left_out(trial.stage, trial.held_out, options, untouched_by(trial.effect))
     if found or trial.strengths is None or agrees(trial, trial.strengths, options):
         return found
     return "varies"
 
 
-def on_data_left_out(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> Objection:
+def on_data_left_out(
+    stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions, untouched: Channel | None = None
+) -> Objection:
     """Does the error of data left out rise, or hardly fall?"""
     before, after = held_out.errors.judged_before, held_out.errors.judged_after
-    if gets_worse(stage, held_out, options):
+    if gets_worse(stage, held_out, options, untouched):
         return "worse"
     worth = any(
         before.mean_square(c) - after.mean_square(c) > options.worth_noise
@@ -190,24 +199,35 @@ def on_data_left_out(stage: StageProblem, held_out: HeldOut, options: DiagnoseOp
     return "" if worth else "small"
 
 
-def gets_worse(stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions) -> bool:
+def gets_worse(
+    stage: StageProblem, held_out: HeldOut, options: DiagnoseOptions, untouched: Channel | None = None
+) -> bool:
     """Does the error of a sensor rise on the data left out?"""
-    return rises(stage, held_out.errors.judged_before, held_out.errors.judged_after, options.worse, options)
+    errors = held_out.errors
+    return rises(stage, errors.judged_before, errors.judged_after, options.worse, options, untouched)
 
 
-def rises(stage: StageProblem, before: Misfit, after: Misfit, allowed: float, options: DiagnoseOptions) -> bool:
+def rises(
+    stage: StageProblem,
+    before: Misfit,
+    after: Misfit,
+    allowed: float,
+    options: DiagnoseOptions,
+    untouched: Channel | None = None,
+) -> bool:
     """Does the error of a sensor of the stage rise by more than the share allowed, beyond the noise?
 
-    A sensor of another stage may rise by as much as it may be bent; what lies behind the heat, whose temperature an
-    effect of the heat corrects, also by half of what the temperature gains. Where the effect explains the temperature,
-    a displacement that was far from explained without it does not speak: something is missing behind the heat as well,
-    which the wrong temperature may have hidden.
+    A sensor of another stage, or one that is ``untouched`` by the effect, may rise by as much as it may be bent; what
+    lies behind the heat, whose temperature an effect of the heat corrects, also by half of what the temperature gains.
+    Where the effect explains the temperature, a displacement that was far from explained without it does not speak:
+    something is missing behind the heat as well, which the wrong temperature may have hidden.
     """
     falls = {c: before.mean_square(c) - after.mean_square(c) for c in before.total}
     most = max((fall for c, fall in falls.items() if c in stage.channels), default=0.0)
     explained = all(after.mean_square(c) <= options.explained**2 for c in stage.channels if c in after.total)
     for channel, fall in falls.items():
-        own, behind = channel in stage.channels, stage.part == "heat" and channel not in stage.channels
+        behind = stage.part == "heat" and channel not in stage.channels
+        own = channel in stage.channels and channel is not untouched
         if behind and explained and before.mean_square(channel) > options.near**2:
             continue
         scale = max(before.mean_square(channel), NOISE)

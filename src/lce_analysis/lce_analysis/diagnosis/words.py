@@ -11,7 +11,7 @@ from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.misfit import NOISE, Misfit
 from lce_analysis.diagnosis.stage_problem import Part
 from lce_analysis.diagnosis.structure import TOLD
-from lce_analysis.diagnosis.trial import Objection
+from lce_analysis.diagnosis.trial import Objection, untouched_by
 from lce_analysis.jumps import LEFT_OUT_S
 from lce_analysis.signatures.signature import DISCOVER
 from lce_data.channels import DISPLACEMENT, Channel
@@ -212,9 +212,10 @@ def _named(step: Step) -> str:
 def _gets_worse(step: Step) -> Iterator[str]:
     """Which sensors that did not decide are explained worse with the effect, on data left out."""
     before, after = step.held_out.before, step.held_out.after
-    for channel in (c for c in before.total if c not in step.trial.stage.channels):
+    deciding = [c for c in step.trial.stage.channels if c is not untouched_by(step.trial.effect)]
+    for channel in (c for c in before.total if c not in deciding):
         if after.mean_square(channel) > max(RISES * before.mean_square(channel), NOISE):
-            judged = " and the ".join(c.name for c in step.trial.stage.channels)
+            judged = " and the ".join(c.name for c in deciding)
             yield f"The {channel.name} is explained worse with it; the effect was judged on the {judged}."
 
 
