@@ -98,6 +98,9 @@ def test_an_effect_that_would_have_to_be_stronger_than_it_can_be_is_not_named() 
     found = diagnose(heat, runs[:2], runs[2:], [like_it])
     assert found.verdict == "cannot_tell" and found.steps == ()
     assert [c.reason.split(",")[0] for c in found.candidates] == ["a parameter of it is at its bound"]
+    (beyond,) = found.held_back["radiation"]
+    assert beyond.key == "radiation.emissivity" and beyond.wanted is not None and beyond.wanted > 1.0
+    assert any(beyond.option in sentence for sentence in found.sentences)
 
 
 def test_a_complete_model_is_adequate() -> None:

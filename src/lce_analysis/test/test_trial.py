@@ -140,7 +140,11 @@ def test_a_strength_of_all_runs_within_its_own_error_is_none() -> None:
 
 
 def test_an_effect_that_the_free_parameters_mask() -> None:
-    assert _objection(score=replace(SCORE, visibility=0.5 * OPTIONS.min_visibility)) == "masked"
+    masked = replace(SCORE, visibility=0.5 * OPTIONS.min_visibility)
+    assert _objection(score=masked) == "masked"
+    most = CREEP.parameter("share").upper
+    assert _objection(score=masked, fit=_fit(1.0, most)) == "bound", "a larger share would explain more"
+    assert _objection(score=masked, fit=_fit(4.9, most)) == "masked", "it explains too little"
 
 
 def test_an_error_that_rises_on_data_left_out() -> None:

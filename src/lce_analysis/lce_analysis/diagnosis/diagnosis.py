@@ -74,6 +74,7 @@ class Diagnosis:
     candidates : one per effect that was examined, sorted by what decides.
     not_examined : the effects that are no candidates beside these runs, and why, in words.
     at_bounds : parameters that the final model has at a bound; not looked for where nothing is missing.
+    held_back : by name of the effect, parameters of candidates at a bound beyond which these explain more.
     rest : what the residual still depends on, strongest first.
     signatures : what the residual of the final model shows, strongest first.
     fingerprint : what is left, in words; empty unless the verdict is "unexplained".
@@ -97,6 +98,7 @@ class Diagnosis:
     candidates: tuple[Candidate, ...]
     not_examined: Mapping[str, str]
     at_bounds: tuple[AtBound, ...]
+    held_back: Mapping[str, tuple[AtBound, ...]]
     rest: tuple[Dependence, ...]
     signatures: tuple[Signature, ...]
     fingerprint: str
@@ -289,6 +291,7 @@ def diagnose(
         candidates=ranking(search),
         not_examined=not_examined,
         at_bounds=() if verdict == "adequate" else bounds_reached(search),
+        held_back={} if verdict == "adequate" else _held_back(search),
         rest=rest,
         signatures=signatures,
         fingerprint=fingerprint if verdict == "unexplained" else "",
@@ -360,6 +363,16 @@ def bounds_reached(search: Search) -> tuple[AtBound, ...]:
             found.pop(key, None)
         found |= {bound.key: bound for bound in at_bounds(problem, search.progress)}
     return tuple(found.values())
+
+
+def _held_back(search: Search) -> dict[str, tuple[AtBound, ...]]:
+    """Of the effects that were refused at a bound, what they gain beyond it."""
+    found = {}
+    for name, trial in search.trials.tried.items():
+        if trial.objection == "bound":
+            own = at_bounds(trial.fit.problem, search.progress, term=name)
+            found[name] = tuple(bound for bound in own if bound.wanted is not None)
+    return found
 
 
 def columns(search: Search, given: Model) -> Mapping[Column, Model]:

@@ -22,7 +22,8 @@ REASON: Final[Mapping[Objection, str]] = {
     "less": "others explain more",
     "part": "it removes a part of the error; too much above the noise is left to name it",
     "resembles": "what it leaves still has its shape: it is much like what is missing, and not the same",
-    "bound": "a parameter of it is at its bound, and more than noise is left: it stands in for something else",
+    "bound": "a parameter of it is at its bound, and more than noise is left: it may stand in for something else, or "
+    "the bound is too narrow",
     "null": "refitted, its strength stays within 0.1 % of its range of its null value, or the error does not fall",
     "chance": "the error falls no more than chance would let it",
     "masked": "the free parameters of the model can do the same",

@@ -175,13 +175,21 @@ def objection(trial: Trial, library: int, options: DiagnoseOptions) -> Objection
     if trial.gain <= penalty(trial.effect, library, options.false_alarm) * inflation:
         return "chance"
     if trial.score.visibility < options.min_visibility:
-        return "masked"
+        # What could be stronger than its bound lets it is not what the free parameters do as well.
+        return "bound" if _at_an_end(trial) and trial.reduction >= options.far else "masked"
     if trial.held_out is None:
         return ""
     found = on_data_left_out(trial.stage, trial.held_out, options, untouched_by(trial.effect))
     if found or trial.strengths is None or agrees(trial, trial.strengths, options):
         return found
     return "varies"
+
+
+def _at_an_end(trial: Trial) -> bool:
+    """Is the strength at an end of its bounds where the effect does something?"""
+    spec = trial.amplitude
+    ends = (end for end in (spec.lower, spec.upper) if end != spec.default)
+    return any(abs(trial.strength - end) <= AT_NULL * (spec.upper - spec.lower) for end in ends)
 
 
 def on_data_left_out(

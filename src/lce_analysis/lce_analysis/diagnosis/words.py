@@ -121,6 +121,7 @@ def _traces(found: Diagnosis) -> Iterator[str]:
         else:
             fall = f" ({changes(trial.held_out.before, trial.held_out.after)})" if trial.held_out else ""
             yield f"{trace.effect.name} {UNNAMED[trial.objection].format(fall=fall)}."
+            yield from (f"At a bound: {one.sentence}." for one in found.held_back.get(trace.effect.name, ()))
     if small:
         yield f"Significant, but too small to matter: {', '.join(small)}."
 

@@ -84,7 +84,7 @@ def left(problem: Problem) -> dict[Channel, float]:
     return {c: math.sqrt(error / total) if total > 0.0 else math.nan for c, (error, total) in squared.items()}
 
 
-def at_bounds(problem: Problem, progress: Progress = silent) -> tuple[AtBound, ...]:
+def at_bounds(problem: Problem, progress: Progress = silent, term: str | None = None) -> tuple[AtBound, ...]:
     """What the free parameters at a bound want.
 
     Every one of them, also where going on would gain nothing. Left out is what rests at a natural end: a strength, a
@@ -94,6 +94,7 @@ def at_bounds(problem: Problem, progress: Progress = silent) -> tuple[AtBound, .
     ----------
     problem : at its least squares.
     progress : called after each step; an exception that it raises passes through.
+    term : only the parameters of this one.
 
     Returns
     -------
@@ -105,6 +106,8 @@ def at_bounds(problem: Problem, progress: Progress = silent) -> tuple[AtBound, .
     found = []
     for value, place in zip(values, places.tolist(), strict=True):
         side: Literal["lower", "upper"] = "lower" if place < 0.5 else "upper"
+        if term not in (None, value.term):
+            continue
         if AT < place < 1.0 - AT or (side == "lower" and value.lower == value.parameter.least):
             continue
         found.append(_beyond(problem, value, side, progress))
