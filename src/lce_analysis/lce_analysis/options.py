@@ -160,9 +160,9 @@ class DiagnoseOptions:
     worth_noise, worth_share : an effect is worth having if on data left out it lowers the error of a sensor by more
         than ``worth_noise``, a shift of a quarter of its noise, and by more than the share ``worth_share`` of what is
         above the noise.
-    worse : on data left out no error of a sensor of its stage may rise by more than this share, and of no other sensor,
-        nor of the temperature where the effect does nothing to it, by more than ``bent``; that behind the heat by more
-        than half of what the temperature gains, too.
+    worse : on data left out no error of a sensor of its stage may rise by more than this share, and of no other sensor
+        by more than ``bent``; that behind the heat by more than half of what the temperature gains, too. A temperature
+        that the effect does nothing to does not speak.
     agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
         include the spread from run to run, and the strength of all runs together by so many of its own.
     alike : the two may differ by this share of the mean, or by so many of the larger of their standard errors.

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `lce fit` says of its own result, and bounds that a user widens; the heater is solved by scipy."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,9 @@ import yaml
 from scipy.signal import lsim
 
 from lce_app.cli.main import main as lce
-from lce_app.use_cases.fit import ModelChoice, fit
+from lce_app.use_cases.fit import ModelChoice, choose_model, fit
+from lce_data.experiment_file import Conditions, Experiment
+from lce_data.run import Run, Series
 from lce_model import load_model
 
 LAG_S = 30.0
@@ -97,3 +100,31 @@ def test_bounds_that_cannot_be_are_one_line(
     out = str(late.with_suffix(".yaml"))
     assert lce(["fit", str(late), "--deformation", "none", "--out", out, "--bounds", option]) == 1
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("lengths", "settings", "length_m", "told"),
+    [
+        ((0.1, None), {}, 0.1, False),
+        ((0.1, 0.1), {"strip.length": 0.02}, 0.02, False),
+        ((None, None), {}, 0.01, True),
+        ((None, None), {"strip.length": 0.02}, 0.02, False),
+    ],
+    ids=["of a run", "as asked for", "of nobody", "as asked for, of nobody"],
+)
+def test_a_strip_is_as_long_as_the_runs_say(
+    lengths: tuple[float | None, ...], settings: dict[str, float], length_m: float, told: bool
+) -> None:
+    series = Series(np.arange(3.0), np.zeros(3))
+    runs = [
+        replace(
+            Run.of(f"{i}", series, series, series, sha256=f"{i}"),
+            experiment=Experiment(conditions=Conditions(strip_length_m=length)),
+        )
+        for i, length in enumerate(lengths)
+    ]
+    model, warnings = choose_model(ModelChoice(settings=settings), runs)
+    assert model["strip.length"] == length_m
+    assert (
+        warnings == ("no run says how long its strip is: fitting one of 0.01 m (--set strip.length=METRES)",)
+    ) is told

@@ -153,7 +153,7 @@ def test_an_answer_of_other_runs_than_those_in_use_says_so(folder: Path) -> None
     (folder / "workbench" / "diagnosis-1.json").write_text(json.dumps(record))
 
     async def story(user: User, state: WorkbenchState) -> None:
-        await user.should_see("Unexplained: no effect of the library explains what is left")
+        await user.should_see("Unexplained: no effect of the library explains enough of what is left")
         await user.should_not_see(marker="other runs")
         state.set_role("stairs.csv", "off")
         await user.should_see(content="found from pulse, stairs; judged on holds. Diagnose again")

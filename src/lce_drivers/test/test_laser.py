@@ -125,11 +125,15 @@ def test_a_command_from_the_future_gives_zero_for_nobody_knows_its_age() -> None
     assert guard.power_w(9.0, 9.0) == 0.0, "nor when its time has come"
 
 
-def test_the_command_that_arming_asks_for_is_the_newest_while_it_is_fresh() -> None:
+def test_a_slow_commander_commands_for_as_long_as_its_silence_is_no_fault() -> None:
     guard = PowerGuard(LIMITS)
     assert guard.commanded_w(1.0) == 0.0
     guard.command(1.5, 1.0, 1.0)
-    assert guard.commanded_w(1.0) == guard.commanded_w(1.1) == 1.5 and guard.commanded_w(1.2) == 0.0
+    until_s = 1.0 + LIMITS.fault_after_s
+    assert guard.commanded_w(1.0) == guard.commanded_w(1.2) == guard.commanded_w(until_s - 0.01) == 1.5
+    assert guard.commanded_w(until_s + 0.01) == 0.0
+    guard.command(0.0, 1.2, 1.2)
+    assert guard.commanded_w(1.2) == 0.0
     guard.command(math.nan, 1.2, 1.2)
     assert guard.commanded_w(1.2) == 0.0
 

@@ -177,7 +177,7 @@ def in_words(signatures: Sequence[Signature], strong: Sequence[Dependence], unli
     Signatures come first. Dependences above the threshold follow if there is no signature, then what is unlike noise.
     """
     told = [one.words for one in signatures[:TOLD]]
-    words = ["no effect of the library explains what is left", *told]
+    words = ["no effect of the library explains enough of what is left to be named", *told]
     if strong and not told:
         listed = "; ".join(f"{d.channel.name} against {d.covariate} ({d.share:.0%} of the rest)" for d in strong[:4])
         words.append(f"in runs left out it still follows {listed}")

@@ -225,17 +225,20 @@ def rises(
 ) -> bool:
     """Does the error of a sensor of the stage rise by more than the share allowed, beyond the noise?
 
-    A sensor of another stage, or one that is ``untouched`` by the effect, may rise by as much as it may be bent; what
-    lies behind the heat, whose temperature an effect of the heat corrects, also by half of what the temperature gains.
-    Where the effect explains the temperature, a displacement that was far from explained without it does not speak:
-    something is missing behind the heat as well, which the wrong temperature may have hidden.
+    A sensor of another stage may rise by as much as it may be bent; what lies behind the heat, whose temperature an
+    effect of the heat corrects, also by half of what the temperature gains. Where the effect explains the temperature,
+    a displacement that was far from explained without it does not speak: something is missing behind the heat as well,
+    which the wrong temperature may have hidden. Nor does one that is ``untouched`` by the effect, in whose trial all is
+    fitted together: a refit that bends the heat is not kept, the heat is fitted alone then.
     """
     falls = {c: before.mean_square(c) - after.mean_square(c) for c in before.total}
     most = max((fall for c, fall in falls.items() if c in stage.channels), default=0.0)
     explained = all(after.mean_square(c) <= options.explained**2 for c in stage.channels if c in after.total)
     for channel, fall in falls.items():
         behind = stage.part == "heat" and channel not in stage.channels
-        own = channel in stage.channels and channel is not untouched
+        own = channel in stage.channels
+        if channel is untouched and own:
+            continue
         if behind and explained and before.mean_square(channel) > options.near**2:
             continue
         scale = max(before.mean_square(channel), NOISE)

@@ -169,6 +169,18 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
         yield from _step(step)
     for variation in found.variations:
         yield _variation(variation, found.model)
+    yield from _less_as_given(found)
+
+
+def _less_as_given(found: Diagnosis) -> Iterator[str]:
+    """Which sensor the model as given explains better, in the runs held out, than the refit with what was added."""
+    given, after = found.test.misfit["given"], found.test.misfit["after"]
+    for channel in after.total if found.steps else ():
+        if after.mean_square(channel) > max(RISES * given.mean_square(channel), NOISE):
+            yield (
+                f"On {', '.join(found.held_out)} the model as given leaves less of the {channel.name}: "
+                f"{given.rms[channel]:.2f} × the noise; refitted, with what was added, {after.rms[channel]:.2f}."
+            )
 
 
 def _held_out_levels(found: Diagnosis) -> Iterator[str]:

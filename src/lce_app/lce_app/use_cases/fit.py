@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Final
 
 import lce_analysis.identification as identification
 from lce_analysis.identification import FitResult
@@ -114,6 +115,7 @@ class Fits:
         return any(fitted.result.interrupted for fitted in self.models)
 
 
+LENGTH: Final = "strip.length"
 DEFAULT_CHOICE = ModelChoice()
 DEFAULTS = Options()
 
@@ -178,7 +180,10 @@ def fit(
 
 
 def choose_model(choice: ModelChoice, runs: Sequence[Run], start: Model | None = None) -> tuple[Model, tuple[str, ...]]:
-    """The model to fit, and a sentence for each stage that is left out because the runs say nothing of it."""
+    """The model to fit, and a sentence for each stage that is left out, and for a length that the runs do not tell.
+
+    A strip is as long as the runs say.
+    """
     warnings: tuple[str, ...] = ()
     thermal, deformation = choice.thermal or "lumped", choice.deformation or "equilibrium"
     if start is not None:
@@ -197,6 +202,14 @@ def choose_model(choice: ModelChoice, runs: Sequence[Run], start: Model | None =
     model = default_model(thermal, deformation) if start is None else start
     for effect in choice.effects:
         model = model.add(effect)
+    lengths = {run.strip_length_m for run in runs if run.strip_length_m is not None}
+    if start is None and LENGTH in model and LENGTH not in choice.settings:
+        if len(lengths) == 1:
+            model = model.configured({LENGTH: lengths.pop()})
+        elif not lengths:
+            warnings += (
+                f"no run says how long its strip is: fitting one of {model[LENGTH]:g} m (--set {LENGTH}=METRES)",
+            )
     model = model.configured(choice.settings).hold(choice.ranges).fix(choice.fixed)
     return model.varying({**model.varies, **{key: Variation() for key in choice.varies}}), warnings
 

@@ -45,7 +45,8 @@ class DisplacementInput:
         if not self._node.laser_armed:
             self._watch.reset()
         elif followed and not self._watch.fault and self._watch.judge(now_s):
-            self._node.get_logger().error(f"{self._watch.fault} Disarm the laser and arm it to go on.")
+            stop = "" if self._watch.fault.endswith("?") else "."
+            self._node.get_logger().error(f"{self._watch.fault}{stop} Disarm the laser and arm it to go on.")
         self.missing = f"{FAULT}{self._watch.fault}" if self._watch.fault else "no fresh displacement"
         fresh = self._node.is_fresh(self.newest, now_s, "displacement_timeout_s")
         return self.newest if fresh and not self._watch.fault else None

@@ -134,10 +134,13 @@ class PowerGuard:
         return math.inf > self._commands.age(now_s) > self.limits.fault_after_s
 
     def commanded_w(self, now_s: float) -> float:
-        """The newest command at ``now_s`` [s], before all limits [W]; 0 if it is stale or there is none."""
+        """The newest command at ``now_s`` [s], before all limits [W]; 0 if there is none.
+
+        A slow commander still commands between two of its commands, for as long as its silence would be no fault.
+        """
         command = self._commands.get(math.inf)
-        fresh = self._is_fresh(self._commands.age(now_s))
-        return command if fresh and command is not None and _is_power(command) else 0.0
+        lately = self._commands.age(now_s) <= self.limits.fault_after_s
+        return command if lately and command is not None and _is_power(command) else 0.0
 
     def forget(self) -> None:
         """Forget every command, as before the first one."""

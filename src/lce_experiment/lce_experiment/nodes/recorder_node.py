@@ -226,7 +226,7 @@ class Recorder(LceNode):
             del self._lost[topic]
             return
         last = self._numbers.get(topic, number - 1)
-        if number <= last:
+        if number <= last or (number > last + 1 and self.count_publishers(topic) != 1):
             del self._lost[topic]
         elif number > last + 1:
             self._lost[topic] += number - last - 1

@@ -291,8 +291,9 @@ KINETIC = Term(
             "log",
             usual=(0.05, 40.0),
         ),
-        Parameter("span", "K", 120.0, 5.0, 1000.0, "range of two wells, T1 - T*", _SOURCE, "log"),
-        Parameter("barrier", "1", 18.0, 0.5, 1000.0, "barrier n_c ΔE/kT at t_c", _SOURCE, "log"),
+        # Without a rate the barriers are high, and as good as linear: both ends lie far out.
+        Parameter("span", "K", 120.0, 5.0, 1e4, "range of two wells, T1 - T*", _SOURCE, "log", usual=(5.0, 1000.0)),
+        Parameter("barrier", "1", 18.0, 0.5, 1e5, "barrier n_c ΔE/kT at t_c", _SOURCE, "log", usual=(0.5, 1000.0)),
         Parameter(
             "spread",
             "K",

@@ -27,7 +27,7 @@ from lce_report.tables import outcome
 VERDICTS: Final = {
     "adequate": "Adequate: no effect is missing",
     "missing": "An effect is missing",
-    "unexplained": "Unexplained: no effect of the library explains what is left",
+    "unexplained": "Unexplained: no effect of the library explains enough of what is left",
     "cannot_tell": "Cannot tell: these data do not say",
 }
 OTHER_BASE: Final = "Another base model does better"
