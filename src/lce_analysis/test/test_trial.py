@@ -28,7 +28,7 @@ from lce_analysis.diagnosis.trial import (
     with_effect,
 )
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.diagnosis.words import _gets_worse
+from lce_analysis.diagnosis.words import _gets_worse, _less_as_given
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.prediction import Sampling
@@ -164,6 +164,22 @@ def test_the_answer_says_which_sensor_gets_worse_that_did_not_decide() -> None:
     (sentence,) = said(50.0, 60.0)
     assert sentence == "The displacement is explained worse with it; the effect was judged on the temperature."
     assert said(50.0, 40.0) == said(50.0, 50.5) == said(0.9, 0.99) == []
+
+
+def test_the_answer_says_which_sensor_the_model_as_given_explains_better() -> None:
+    """The refit may raise what the effect then takes: "confirmed" compares with the refitted model."""
+
+    def said(given: float, after: float, steps: tuple[str, ...] = ("camera_lag",)) -> list[str]:
+        misfit = {"given": _misfit({DISPLACEMENT: given}), "after": _misfit({DISPLACEMENT: after})}
+        found: Any = SimpleNamespace(test=SimpleNamespace(misfit=misfit), steps=steps, held_out=("prbs",))
+        return list(_less_as_given(found))
+
+    (sentence,) = said(36.0, 49.0)
+    assert sentence == (
+        "On prbs the model as given leaves less of the displacement: 6.00 × the noise; "
+        "refitted, with what was added, 7.00."
+    )
+    assert said(49.0, 36.0) == said(49.0, 49.5) == said(0.9, 0.99) == said(36.0, 49.0, ()) == []
 
 
 @pytest.mark.parametrize(
