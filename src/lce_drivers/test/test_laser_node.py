@@ -161,6 +161,11 @@ def test_parameters_out_of_range_are_refused_live_and_at_the_start(graph: Graph,
         Laser(context=graph.context, parameter_overrides=[Parameter(name, value=value)])
 
 
+def test_limits_that_leave_no_temperature_are_refused_at_the_start(graph: Graph) -> None:
+    with pytest.raises(ValueError, match=r"max_temperature_c: -45 °C is not above min_temperature_c, -40 °C"):
+        graph.add(Laser, max_temperature_c=-45.0)
+
+
 def test_a_commander_that_is_not_heard_yet_is_reported(graph: Graph) -> None:
     first, second = Commander(graph), graph.probe("rival")
     graph.add(Laser, **ALONE)

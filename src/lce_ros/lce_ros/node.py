@@ -5,6 +5,7 @@ import gc
 import re
 import sys
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import Any, ClassVar, Final
 
 import rclpy
@@ -32,6 +33,7 @@ from lce_ros.repeats import Repeats
 from lce_ros.signals import stop_signals
 
 USE_SIM_TIME: Final = "use_sim_time"
+QOS_OVERRIDES: Final = "qos_overrides."
 
 
 class Stop(Future):
@@ -246,10 +248,13 @@ class LceNode(Node):
         if level > self._told[0]:
             self.tell(level, message)
 
-    def tell(self, level: Level, message: str) -> None:
-        """Log a condition, unless it is the one that was logged last; other numbers make no other condition."""
+    def tell(self, level: Level, message: str, *, again: bool = False) -> None:
+        """Log a condition, unless it is the one that was logged last; other numbers make no other condition.
+
+        With ``again`` it is logged in any case.
+        """
         told, self._told = self._told, (level, re.sub(r"\d+", "", message))
-        if told == self._told:
+        if told == self._told and not again:
             return
         if level is Level.ERROR:
             self.get_logger().error(message)
@@ -257,6 +262,15 @@ class LceNode(Node):
             self.get_logger().warning(message)
         else:
             self.get_logger().info(message)
+
+    def warn_of_unknown_parameters(self) -> None:
+        """Log every parameter that was given at the start and is none of this node: misspelt, it would do nothing."""
+        declared = self.get_parameters_by_prefix("")
+        for name in self._parameter_overrides:
+            if name not in declared and not name.startswith(QOS_OVERRIDES):
+                near = get_close_matches(name, declared, 1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                self.get_logger().warning(f"there is no parameter {name}: it is ignored{hint}")
 
     def close(self) -> None:
         """Put what the node drives into its safe state. ``run`` calls it however the node ends; to be overridden."""
@@ -311,9 +325,11 @@ def run(factory: Callable[[], LceNode], args: Sequence[str] | None = None) -> in
 
 def _made(factory: Callable[[], LceNode]) -> LceNode:
     try:
-        return factory()
+        node = factory()
     except ValueError as error:
         raise NodeFault(error) from error
+    node.warn_of_unknown_parameters()
+    return node
 
 
 def _spin(node: LceNode, stop: Stop) -> None:

@@ -8,6 +8,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
 
 from lce_ros.health import Level
@@ -103,6 +104,19 @@ def test_a_node_does_not_start_with_a_parameter_out_of_range(
     for word in words:
         assert word in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_parameter_that_is_none_of_the_node_is_named_in_the_log(graph: Graph) -> None:
+    probe, said = graph.probe(), []
+    probe.create_subscription(
+        Log, "/rosout", said.append, QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    node = graph.add(Example, gian=0.5, **{"qos_overrides./lce/x.subscription.depth": 3})
+    node.warn_of_unknown_parameters()
+    graph.until(lambda: any(m.name == "lce.example" and "gian" in m.msg for m in said), what="the warning")
+    assert [m.msg for m in said if "no parameter" in m.msg] == [
+        "there is no parameter gian: it is ignored; did you mean gain?"
+    ]
 
 
 def test_descriptors_tell_range_unit_and_choices(graph: Graph) -> None:

@@ -80,8 +80,8 @@ class OuterController(ControllerNode):
             self.report(level, f"{why}: no setpoint")
         else:
             setpoint_k = self._follow(now_s, displacement)
-        if self._target.refusal is not None and displacement is not None:
-            self.report(Level.ERROR, self._target.refusal)
+        if displacement is not None and (complaint := self._target.complaint) is not None:
+            self.report(*complaint)
         self._setpoint.publish(to_message(TEMPERATURE, setpoint_k, now_s))
 
     def _follow(self, now_s: float, displacement: Sample) -> float:

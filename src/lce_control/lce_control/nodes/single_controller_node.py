@@ -70,8 +70,8 @@ class SingleController(PowerControllerNode):
                 displacement_mm=displacement.value * 1e3,
                 power_w=power_w,
             )
-        if self._target.refusal is not None and displacement is not None:
-            self.report(Level.ERROR, self._target.refusal)
+        if displacement is not None and (complaint := self._target.complaint) is not None:
+            self.report(*complaint)
         self.command(power_w)
 
 

@@ -15,6 +15,7 @@ from lce_ros.node import LceNode
 
 ANSWER_TIMEOUT_S: Final = 1.0
 """The service is asked again if its answer takes longer [s]."""
+WAITS: Final = "waits for the service inverse_temperature"
 TOLD_S: Final = 1.0
 """A new target is logged at most so often [s]: a trajectory is many of them."""
 
@@ -28,12 +29,11 @@ class TargetTracker:
     ----------
     target_m : the target [m]; NaN before the first one.
     temperature_k : its feed-forward temperature [K]; NaN before the first target.
-    refusal : why the newest target is refused, with the reachable range; None if it is followed.
     """
 
     def __init__(self, node: LceNode) -> None:
         self.target_m = self.temperature_k = math.nan
-        self.refusal: str | None = None
+        self._refusal: str | None = None
         self._node = node
         self._wanted_m: float | None = None
         self._asked: Future | None = None
@@ -50,9 +50,24 @@ class TargetTracker:
     @property
     def missing(self) -> tuple[Level, str]:
         """Why there is no target to follow, and how bad that is."""
-        if self._wanted_m is None or self._client.service_is_ready():
-            return Level.OK, "no target"
-        return Level.WARN, "a target waits for the service inverse_temperature"
+        return (Level.WARN, f"a target {WAITS}") if self._waits else (Level.OK, "no target")
+
+    @property
+    def complaint(self) -> tuple[Level, str] | None:
+        """Why the newest target is not the one that is followed, and how bad that is; None if it is."""
+        if self._refusal is not None:
+            return Level.ERROR, self._refusal
+        if self._waits and self.exists:
+            return Level.WARN, f"a new target {WAITS}; {self._stays}"
+        return None
+
+    @property
+    def _waits(self) -> bool:
+        return self._wanted_m is not None and not self._client.service_is_ready()
+
+    @property
+    def _stays(self) -> str:
+        return f"{self.target_m * 1e3:.3f} mm stays the target" if self.exists else "there is no target"
 
     def update(self, t_s: float) -> None:
         """Ask the service about a new target; to be called in every step, at ``t_s`` [s]."""
@@ -75,10 +90,9 @@ class TargetTracker:
     def _answered(self, wanted_m: float, answer: InverseTemperature.Response) -> None:
         self._asked = None
         if answer.success:
-            self.target_m, self.temperature_k, self.refusal = wanted_m, to_kelvin(answer.temperature), None
+            self.target_m, self.temperature_k, self._refusal = wanted_m, to_kelvin(answer.temperature), None
             told = f"target {wanted_m * 1e3:.3f} mm, feed-forward {answer.temperature:.2f} °C"
             self._node.get_logger().info(told, throttle_duration_sec=TOLD_S)
             return
-        stays = f"{self.target_m * 1e3:.3f} mm stays the target" if self.exists else "there is no target"
-        self.refusal = f"target refused: {answer.message}; {stays}"
-        self._node.get_logger().error(self.refusal)
+        self._refusal = f"target refused: {answer.message}; {self._stays}"
+        self._node.tell(Level.ERROR, self._refusal, again=True)

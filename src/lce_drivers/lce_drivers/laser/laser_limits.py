@@ -45,8 +45,17 @@ def power_limits(node: LceNode, device_w: float) -> PowerLimits:
     )
 
 
+def no_temperature_left(lowest_c: float, highest_c: float) -> str | None:
+    """What is wrong with limits [°C] that leave no temperature that is allowed; None if they leave one."""
+    if highest_c > lowest_c:
+        return None
+    return f"max_temperature_c: {highest_c:g} °C is not above min_temperature_c, {lowest_c:g} °C"
+
+
 def temperature_limits(node: LceNode) -> TemperatureLimits:
-    """Limits of the temperature."""
+    """Limits of the temperature; raises ValueError where they leave none."""
+    if (wrong := no_temperature_left(node.value("min_temperature_c"), node.value("max_temperature_c"))) is not None:
+        raise ValueError(f"laser: {wrong}")
     return TemperatureLimits(
         to_kelvin(node.value("max_temperature_c")),
         to_kelvin(node.value("min_temperature_c")),

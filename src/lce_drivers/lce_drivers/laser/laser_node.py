@@ -61,7 +61,7 @@ from lce_drivers.laser.clock_watch import QUIET_CHECKS, ClockWatch, StallWatch
 from lce_drivers.laser.condition import condition, dark
 from lce_drivers.laser.devices import DEVICES
 from lce_drivers.laser.interlock import Interlock
-from lce_drivers.laser.laser_limits import declare_limits, power_limits, temperature_limits
+from lce_drivers.laser.laser_limits import declare_limits, no_temperature_left, power_limits, temperature_limits
 from lce_drivers.laser.power_guard import PowerGuard, PowerOutput
 from lce_drivers.laser.sole_source import SoleSource
 from lce_interfaces.msg import Float64Stamped
@@ -100,6 +100,7 @@ class Laser(ManagedNode):
         self._announced: tuple[bool, str | None] | None = None
         self._announced_s = 0.0
         self._power_w = 0.0
+        self._crowd: str | None = None
         self.add_on_set_parameters_callback(self._refusal)
         self.add_post_set_parameters_callback(lambda _: self._follow_parameters())
         self._power = self.advertise(Float64, POWER.topic)
@@ -182,8 +183,12 @@ class Laser(ManagedNode):
         self._write(self._guard.cut(now_s) if cold or not self._arming.armed else wanted_w)
         self._publish_power(self._power_w)
         self._announce_arming()
+        level, words = condition(self._arming, self._guard.state, wanted_w, cold)
+        if self._crowd is not None:
+            level, words = max(level, Level.WARN), f"{words}; {self._crowd}"
         self.report(
-            *condition(self._arming, self._guard.state, wanted_w, cold),
+            level,
+            words,
             power_w=self._power_w,
             invalid_commands=self._guard.invalid_commands,
         )
@@ -282,10 +287,9 @@ class Laser(ManagedNode):
     def _look_around(self) -> None:
         if self._output is not None:
             self._arming.latch(self._mismatch())
-        for topic in self._sources:
-            publishers = self.count_publishers(topic)
-            if publishers > 1:
-                self.report(Level.WARN, f"{publishers} nodes could publish {topic}")
+        crowds = [f"{count} nodes could publish {topic}" for topic in self._sources
+                  if (count := self.count_publishers(topic)) > 1]  # fmt: skip
+        self._crowd = "; ".join(crowds) or None
 
     def _check_clock(self) -> None:
         if self._clock_watch.stopped(self.ticks):
@@ -314,9 +318,10 @@ class Laser(ManagedNode):
         lowest_c = self.value("min_temperature_c")
         for parameter in parameters:
             highest_c = parameter.value if parameter.name == "max_temperature_c" else math.inf
-            if isinstance(highest_c, float) and not highest_c > lowest_c:  # a text is refused by its type
-                why = f"max_temperature_c: {highest_c:g} °C is not above min_temperature_c, {lowest_c:g} °C"
-                return SetParametersResult(successful=False, reason=why)
+            # A text is refused by its type.
+            wrong = no_temperature_left(lowest_c, highest_c) if isinstance(highest_c, float) else None
+            if wrong is not None:
+                return SetParametersResult(successful=False, reason=wrong)
         return SetParametersResult(successful=True)
 
     def _follow_parameters(self) -> None:

@@ -263,7 +263,10 @@ def _experiment(text: str) -> experiment.Experiment:
     try:
         value = json.loads(text)
     except json.JSONDecodeError as error:
-        raise LceError(f"recorder: parameter experiment is not JSON ({error})") from None
+        raise LceError(
+            f"recorder: parameter experiment is not JSON ({error}): {text}; "
+            """conditions:= of a launch file is an object, such as '{"specimen": "A1"}'"""
+        ) from None
     if not isinstance(value, dict):
         raise LceError(f"recorder: parameter experiment is {text!r}, not a JSON object")
     return experiment.experiment_of(value, "recorder: parameter experiment")
