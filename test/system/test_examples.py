@@ -95,12 +95,16 @@ def test_discover(campaign: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.alone
-def test_own_controller_node(graph: Graph, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("own", ["controller", "simulator"])
+def test_a_node_of_ones_own_beside_those_of_the_bench(graph: Graph, monkeypatch: pytest.MonkeyPatch, own: str) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
     files = [word for name in ("bench", "simulated") for word in ("--params-file", str(config_file(f"{name}.yaml")))]
     ros = ["--ros-args", "-r", f"__ns:={registry.NAMESPACE}"]
-    commands = [[*spec.command, *ros, *files] for spec in registry.BENCH]
+    bench = [spec for spec in registry.BENCH if spec.name != own]
+    commands = [[*spec.command, *ros, *files] for spec in bench]
     commands.append([sys.executable, str(EXAMPLES / "own_controller_node.py"), *ros, "-p", "target_m:=0.001"])
+    if own == "simulator":
+        commands.append([sys.executable, str(EXAMPLES / "own_simulator_node.py"), *ros])
     seen_m: list[float] = []
     graph.probe().create_subscription(
         Float64, f"{registry.NAMESPACE}/displacement", lambda message: seen_m.append(message.data), 10

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+r"""A simulator of your own, with rclpy alone: a strip that warms as RC circuits do, and contracts around 60 °C.
+
+    ros2 launch lce_bringup bench.launch.py plant:=hardware \
+        params_file:=$(ros2 pkg prefix lce_bringup --share)/config/simulated.yaml
+    python examples/own_simulator_node.py --ros-args -r __ns:=/lce
+
+It takes the place of the node `simulator`: laser/power in, sim/temperature and sim/displacement out, 100 times a
+second. The sensor nodes add noise, and show the rest of the bench what they measure (docs/how-to/ros2.md).
+"""
+
+import math
+from contextlib import suppress
+from typing import Final
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+PERIOD_S: Final = 0.01
+POWER_TIMEOUT_S: Final = 0.1
+"""A power older than this counts as zero: after `kill -9` of the laser node nobody else makes the strip dark."""
+ROOM_C, GAIN_K_W, TIME_CONSTANT_S = 23.0, 70.0, 5.0
+STROKE_M, MIDDLE_C, WIDTH_K = 3e-3, 60.0, 5.0
+
+
+class Strip(Node):
+    """tau dT/dt = T_room - T + gain P; d = stroke / (1 + exp(-(T - T_middle) / width))."""
+
+    def __init__(self) -> None:
+        super().__init__("own_simulator")
+        self._power_w, self._age_s, self._celsius = 0.0, math.inf, ROOM_C
+        self._temperature = self.create_publisher(Temperature, "sim/temperature", 10)
+        self._displacement = self.create_publisher(Float64, "sim/displacement", 10)
+        self.create_subscription(Float64, "laser/power", self._take_power, 10)
+        self.create_timer(PERIOD_S, self._step)
+
+    def _take_power(self, message: Float64) -> None:
+        self._power_w, self._age_s = message.data, 0.0
+
+    def _step(self) -> None:
+        power_w = self._power_w if self._age_s <= POWER_TIMEOUT_S else 0.0
+        self._age_s += PERIOD_S
+        self._celsius += (ROOM_C - self._celsius + GAIN_K_W * power_w) * PERIOD_S / TIME_CONSTANT_S
+        temperature = Temperature(temperature=self._celsius)
+        temperature.header.stamp = self.get_clock().now().to_msg()
+        self._temperature.publish(temperature)
+        contraction_m = STROKE_M / (1.0 + math.exp(-(self._celsius - MIDDLE_C) / WIDTH_K))
+        self._displacement.publish(Float64(data=contraction_m))
+
+
+def main() -> None:
+    """Run the node until Ctrl-C."""
+    rclpy.init()
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(Strip())
+
+
+if __name__ == "__main__":
+    main()
