@@ -62,6 +62,7 @@ def levenberg_marquardt(
     """
     best = Optimum(start, float("inf"), 0, False)
     count = 0
+    last: tuple[Floats, Floats] | None = None
     reached: list[float] = []
     # MINPACK may try variables far out of the way; sin makes them valid again, the start temperatures stay physical.
     low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
@@ -69,13 +70,15 @@ def levenberg_marquardt(
     low[starts:], high[starts:] = 200.0, 2000.0
 
     def residuals(variables: Floats) -> Floats:
-        nonlocal best, count
+        nonlocal best, count, last
         count += 1
-        r = problem.penalized(np.clip(variables, low, high))
+        clipped = np.clip(variables, low, high)
+        r = problem.penalized(clipped)
+        last = clipped, r[: problem.size]
         r = np.where(np.isfinite(r), np.clip(r, -FARTHEST, FARTHEST), FARTHEST)
         rms = float(np.sqrt(np.sum(r**2) / problem.size))
         if rms < best.rms:
-            best = Optimum(np.clip(variables, low, high), rms, count, False)
+            best = Optimum(clipped, rms, count, False)
         progress(label, min(count, iterations), iterations, best.rms)
         return r
 
@@ -83,7 +86,8 @@ def levenberg_marquardt(
         reached.append(best.rms**2)
         if len(reached) > SLOW_STEPS and reached[-1 - SLOW_STEPS] - reached[-1] < slow * reached[-1]:
             raise _HardlyGetsOn
-        return problem.penalized_jacobian(variables)
+        known = last[1] if last is not None and np.array_equal(last[0], variables) else None
+        return problem.penalized_jacobian(variables, residuals=known)
 
     try:
         least_squares(

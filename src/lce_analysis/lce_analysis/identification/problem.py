@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Final, Self
 
 import numpy as np
@@ -37,7 +36,7 @@ Floats = NDArray[np.float64]
 LOOSE: Final = 0.5
 """Standard deviation of an offset of which no spread is known yet; z covers the bounds of a parameter in π."""
 PARAMETER_STEP: Final = 1e-6
-START_STEP_K: Final = 1e-3
+START_STEP_K: Final = 1e-4
 """Steps of the differences: of a parameter as a search variable, and of a start temperature."""
 
 _CORES: Final = os.cpu_count() or 1
@@ -121,6 +120,11 @@ class Problem:
         """Which of the free parameters vary from run to run: their places in ``free``."""
         return tuple(j for j, i in enumerate(self.free) if self.model.values[i].key in self.model.varies)
 
+    @cached_property
+    def _vectors(self) -> tuple[Floats, ...]:
+        """All parameters (all,) of each run."""
+        return tuple(self.model_of(i).vector for i in range(len(self.inputs)))
+
     @property
     def offsets(self) -> int:
         """Number of variables that are offsets of a run."""
@@ -150,7 +154,7 @@ class Problem:
         starts = np.broadcast_to(self.starts_k, (*variables.shape[:-1], self.starts_k.size)).copy()
         starts[..., list(self.free_starts)] = variables[..., k + self.offsets :]
         for i in self.at_ambient:
-            rows = self._rows(i, self.own(variables, i) if self.varying else free)
+            rows = self._rows(i, self._own(variables, free, i))
             at_rest_k = self.inputs[i].at_rest_k(self.model, rows.reshape(-1, rows.shape[-1]))
             starts[..., i] = at_rest_k.reshape(rows.shape[:-1])
         return free, starts
@@ -162,6 +166,10 @@ class Problem:
         for v, j in enumerate(self.varying):
             z[..., j] += variables[..., k + v * runs + run]
         return np.asarray(self.transformation.to_model(z))
+
+    def _own(self, variables: Floats, free: Floats, run: int) -> Floats:
+        """As ``own``, with the shared parameters known: where nothing varies, those of every run."""
+        return self.own(variables, run) if self.varying else free
 
     def simulated(self, run: int) -> Floats:
         """Kernel outputs (n, columns) of one run as the problem stands."""
@@ -179,8 +187,9 @@ class Problem:
 
     def _rows(self, run: int, own: Floats) -> Floats:
         """All parameters (…, all) of one run for its free ones (…, k)."""
-        vector = self.model_of(run).vector
-        rows = np.broadcast_to(vector, (*own.shape[:-1], vector.size)).copy()
+        vector = self._vectors[run]
+        rows = np.empty((*own.shape[:-1], vector.size))
+        rows[...] = vector
         rows[..., list(self.free)] = own
         return rows
 
@@ -224,12 +233,15 @@ class Problem:
         k = len(self.free)
         return np.concatenate([self.residuals(variables), variables[k : k + self.offsets] * self.prior_weight])
 
-    def penalized_jacobian(self, variables: Floats, central: bool = False) -> Floats:
-        """(N + offsets, variables) of :meth:`penalized`."""
+    def penalized_jacobian(self, variables: Floats, central: bool = False, residuals: Floats | None = None) -> Floats:
+        """(N + offsets, variables) of :meth:`penalized`; ``residuals`` as of :meth:`jacobian`."""
+        jacobian = self.jacobian(variables, central, residuals)
+        if not self.varying:
+            return jacobian
         prior = np.zeros((self.offsets, variables.size))
         places = len(self.free) + np.arange(self.offsets)
         prior[np.arange(self.offsets), places] = self.prior_weight
-        return np.vstack([self.jacobian(variables, central), prior])
+        return np.vstack([jacobian, prior])
 
     def response(self, rows: Floats) -> Floats:
         """Weighted outputs (m, N) for rows (m, all parameters) at the start temperatures of the problem.
@@ -255,23 +267,6 @@ class Problem:
     def _modelled(self, run: int, own: Floats, start_k: Floats) -> list[Floats]:
         return self._weighted(run, self._outputs(run, own, start_k))
 
-    def _modelled_rows(self, variables: Floats, starts: Floats) -> list[list[Floats]]:
-        """Weighted outputs (m, size) of the series of every run, for rows of variables (m, all) and starts (m, runs).
-
-        A run is simulated in pieces where there are fewer runs than cores.
-        """
-        count, runs = variables.shape[0], range(len(self.inputs))
-        pieces = min(count, math.ceil(2 * _CORES / len(self.inputs)))
-        cuts = [count * piece // pieces for piece in range(pieces + 1)]
-
-        def modelled(task: tuple[int, slice]) -> list[Floats]:
-            run, rows = task
-            return self._modelled(run, self.own(variables[rows], run), starts[rows, run])
-
-        found = list(_POOL.map(modelled, [(run, slice(*rows)) for run in runs for rows in pairwise(cuts)]))
-        of_runs = (found[first : first + pieces] for first in range(0, len(found), pieces))
-        return [[np.concatenate(series) for series in zip(*parts, strict=True)] for parts in of_runs]
-
     def _each_run(self, compute: Callable[[int], list[Floats]]) -> list[list[Floats]]:
         return list(_POOL.map(compute, range(len(self.inputs))))
 
@@ -286,47 +281,60 @@ class Problem:
 
     def residuals(self, variables: Floats) -> Floats:
         """(N,) weighted model minus measurement."""
-        starts = self.split(variables)[1]
+        free, starts = self.split(variables)
         parts = self._each_run(
-            lambda i: [m[0] for m in self._modelled(i, self.own(variables, i)[None], starts[i : i + 1])]
+            lambda i: [m[0] for m in self._modelled(i, self._own(variables, free, i)[None], starts[i : i + 1])]
         )
         return self._stack(parts) - self._target
 
-    def jacobian(self, variables: Floats, central: bool = False) -> Floats:
-        """(N, variables) of the residuals: forward differences over the parameters, or central ones at twice the cost.
+    def jacobian(self, variables: Floats, central: bool = False, residuals: Floats | None = None) -> Floats:
+        """(N, variables) of the residuals: forward differences, or central ones at twice the cost.
 
-        A start temperature touches its own run only, so its two simulations are of that run alone. An offset does in
-        its run what the shared variable does there.
+        The forward ones start from the ``residuals`` (N,) at the variables, where these are known already. A start
+        temperature touches its own run only. An offset does in its run what the shared variable does there. A run is
+        simulated in pieces where there are fewer runs than cores.
         """
-        k, runs = len(self.free), len(self.inputs)
-        parameter_steps = np.zeros((k, variables.size))
-        np.fill_diagonal(parameter_steps, PARAMETER_STEP)
-        shifted = variables + np.vstack(
-            [parameter_steps, -parameter_steps if central else np.zeros((1, variables.size))]
-        )
-        starts = self.split(shifted)[1]
-        start_here = self.split(variables)[1]
+        k = len(self.free)
+        steps = np.array([PARAMETER_STEP] * k + [START_STEP_K] * len(self.free_starts))
+        shifts = np.zeros((steps.size, variables.size))
+        shifts[np.arange(steps.size), [*range(k), *range(k + self.offsets, variables.size)]] = steps
+        signs = (1.0, -1.0) if central else (1.0,)
+        shifted = [variables + sign * shifts for sign in signs]
+        rows = [(there, *self.split(there)) for there in shifted]
+        here = None if central else (self.residuals(variables) if residuals is None else residuals) + self._target
+        out = np.zeros((variables.size, self.size))
 
-        shifted_outputs = self._modelled_rows(shifted, starts)
-
-        def slopes_of_run(i: int) -> list[Floats]:
-            slopes = []
-            for modelled in shifted_outputs[i]:
-                span = 2.0 * PARAMETER_STEP if central else PARAMETER_STEP
-                of_series = np.zeros((variables.size, modelled.shape[1]))
-                of_series[:k] = (modelled[:k] - modelled[k:]) / span
+        def fill(task: tuple[int, list[int]]) -> None:
+            run, columns = task
+            modelled = [
+                self._modelled(run, self._own(there, free, run)[columns], starts[columns, run])
+                for there, free, starts in rows
+            ]
+            span = np.ptp(signs) * steps[columns, None] if central else steps[columns, None]
+            for n, place in enumerate(self._places(run)):
+                slopes = (modelled[0][n] - (here[place] if here is not None else modelled[1][n])) / span
+                out[[c if c < k else c + self.offsets for c in columns], place] = slopes
                 for v, j in enumerate(self.varying):
-                    of_series[k + v * runs + i] = of_series[j]
-                slopes.append(of_series)
-            if i in self.free_starts:
-                here = np.tile(self.own(variables, i), (2, 1))
-                both = start_here[i] + np.array([START_STEP_K, -START_STEP_K])
-                row = k + self.offsets + self.free_starts.index(i)
-                for of_series, modelled in zip(slopes, self._modelled(i, here, both), strict=True):
-                    of_series[row] = (modelled[0] - modelled[1]) / (2.0 * START_STEP_K)
-            return slopes
+                    if j in columns:
+                        out[k + v * len(self.inputs) + run, place] = slopes[columns.index(j)]
 
-        return np.ascontiguousarray(self._stack(self._each_run(slopes_of_run)).T)
+        list(_POOL.map(fill, self._tasks()))
+        return np.ascontiguousarray(out.T)
+
+    def _tasks(self) -> list[tuple[int, list[int]]]:
+        """Pairs of a run and some of the variables that act in it, offsets aside, as places among those."""
+        k, pieces = len(self.free), math.ceil(2 * _CORES / len(self.inputs))
+        tasks = []
+        for i in range(len(self.inputs)):
+            columns = [*range(k), *(k + n for n, run in enumerate(self.free_starts) if run == i)]
+            if columns:
+                tasks += [(i, piece.tolist()) for piece in np.array_split(columns, min(pieces, len(columns)))]
+        return tasks
+
+    def _places(self, run: int) -> list[slice]:
+        """Where the residuals of each series of a run stand among all."""
+        ends = np.cumsum([series.size for series in self.observed]).tolist()
+        return [slice(end - s.size, end) for s, end in zip(self.observed, ends, strict=True) if s.run == run]
 
     def rms_of_rows(self, free: Floats, chunk: int = 16) -> Floats:
         """Weighted RMS residual (m,) of rows of free parameters (m, k); infinite where the model gives no number."""
