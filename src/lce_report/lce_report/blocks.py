@@ -130,7 +130,7 @@ class Bars:
     unit: str
     labels: Sequence[str]
     groups: Sequence[Group]
-    digits: str = ".3g"
+    digits: str = "#.3g"
     mark: float | None = None
     full: float | None = None
 

@@ -170,4 +170,4 @@ def _intervals(found: Intervals) -> tuple[list[dict[str, str] | None], str, str]
 
 
 def _number(value: float, digits: str) -> str:
-    return format(value, digits).replace("-", "−") if np.isfinite(value) else "–"
+    return format(value, digits).rstrip(".").replace("-", "−") if np.isfinite(value) else "–"
