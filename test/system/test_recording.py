@@ -164,6 +164,20 @@ def test_what_a_stopped_recorder_loses_is_counted(graph: Graph, tmp_path: Path) 
         assert experiment(bag)["lost"][topic] == missing
 
 
+def test_what_two_publishers_of_a_topic_lose_is_not_counted(graph: Graph, tmp_path: Path) -> None:
+    """Each numbers its own messages, and nobody says whose number it is."""
+    recorder = graph.add(Recorder, out=str(tmp_path / "bag"), topics=["topic0 std_msgs/msg/Float64"])
+    first, second = (graph.probe(name).advertise(Float64, "topic0") for name in ("first", "second"))
+    graph.until(lambda: first.get_subscription_count() and second.get_subscription_count())
+    for number in range(10):
+        for out in (first, second):
+            out.publish(Float64(data=float(number)))
+    graph.until(lambda: recorder.received["/lce/topic0"] == 20, what="the messages")
+    recorder.close()
+    assert len(read(tmp_path / "bag")["/lce/topic0"][1]) == 20
+    assert experiment(tmp_path / "bag")["lost"] == {}
+
+
 def test_a_recorder_that_is_stopped_with_the_laser_records_its_last_zero(graph: Graph, tmp_path: Path) -> None:
     """As by Ctrl-C in the terminal of a launch."""
     bag = tmp_path / "bag"
