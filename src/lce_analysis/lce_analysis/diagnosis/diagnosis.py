@@ -67,7 +67,7 @@ class Diagnosis:
         (something is left that no effect of the library explains) or "cannot_tell".
     given, before, model : as given, refitted to the runs without any addition, and with what was accepted.
     at_fault : the part of the model that left a sensor unexplained before anything was added; None if none did.
-    bent : was the heat fitted alone in the end, because the deformation would have bent it, or it fails by itself?
+    bent : was the heat fitted alone in the end because the deformation would have bent it?
     drive : what drove the deformation when it was judged.
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.

@@ -62,7 +62,7 @@ class StagedFit:
     model : without any candidate.
     heat : judged on the temperature alone, once more with the whole model where a candidate acts back on it.
     deformation : judged on the displacement, or on both; None where none was measured.
-    bent : was the heat fitted alone, because the deformation would have bent it, or it fails by itself?
+    bent : was the heat fitted alone because the deformation would have bent it? It also is where it fails by itself.
     """
 
     model: Model
@@ -174,12 +174,13 @@ def refit_stages(
         model, starts = carried(model, fitted.model), fitted.split(fitted.first())[1]
     if heat_alone or not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
         return StagedFit(model, heat, None, False)
-    if not heat or not _fails(heat[0].fit, options):
+    fails = bool(heat) and _fails(heat[0].fit, options)
+    if not fails:
         both = _both(model, data, starts, candidates, options, progress)
         if not heat or not _bends(heat[0].fit, both.fit, options):
             return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
     alone = _deformation(model, data, starts, candidates, heat[0].fit, options, progress)
-    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, True)
+    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, not fails)
 
 
 def _fails(heat: LinearizedFit, options: DiagnoseOptions) -> bool:
