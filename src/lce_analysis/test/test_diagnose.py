@@ -230,7 +230,8 @@ def test_a_run_without_a_temperature_is_driven_by_the_models_own(held_out: bool)
     train, (test,) = (tuple(_run(name, BASE, 0.2) for name in names) for names in (("pulse", "stairs"), ("prbs",)))
     blind = test.with_series(TEMPERATURE, None)
     found = diagnose(BASE, train if held_out else [*train, blind], [blind] if held_out else (), CANDIDATES[:1])
-    assert found.bent and found.drive == "model"
+    assert found.apart == "fails" and found.drive == "model"
+    assert any("The heat does not explain the temperature, so it was fitted alone" in s for s in found.sentences)
     assert found.train.misfit["after"].rms[TEMPERATURE] > 2.0
 
 

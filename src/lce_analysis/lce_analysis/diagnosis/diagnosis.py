@@ -18,7 +18,7 @@ from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
-from lce_analysis.diagnosis.stage_problem import Part, StagedFit
+from lce_analysis.diagnosis.stage_problem import Apart, Part, StagedFit
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial
@@ -67,7 +67,7 @@ class Diagnosis:
         (something is left that no effect of the library explains) or "cannot_tell".
     given, before, model : as given, refitted to the runs without any addition, and with what was accepted.
     at_fault : the part of the model that left a sensor unexplained before anything was added; None if none did.
-    bent : was the heat fitted alone in the end because the deformation would have bent it?
+    apart : why the heat was fitted alone in the end, as of ``StagedFit``.
     drive : what drove the deformation when it was judged.
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.
@@ -92,7 +92,7 @@ class Diagnosis:
     before: Model
     model: Model
     at_fault: Part | None
-    bent: bool
+    apart: Apart
     drive: Drive
     accepted: tuple[Accepted, ...]
     candidates: tuple[Candidate, ...]
@@ -285,7 +285,7 @@ def diagnose(
         before=search.base.model,
         model=search.present.model.varying(search.varies()),
         at_fault=_at_fault(search.base, options),
-        bent=search.present.bent,
+        apart=search.present.apart,
         drive=search.present.drive,
         accepted=tuple(search.accepted),
         candidates=ranking(search),

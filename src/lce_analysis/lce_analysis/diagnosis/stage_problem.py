@@ -32,6 +32,7 @@ from lce_model.effects import Effect
 Floats = NDArray[np.float64]
 Part = Literal["heat", "deformation", "both"]
 """Which part of the model a problem judges: P → T, T → d, or both together."""
+Apart = Literal["", "bent", "fails"]
 
 
 @dataclass(frozen=True)
@@ -62,13 +63,13 @@ class StagedFit:
     model : without any candidate.
     heat : judged on the temperature alone, once more with the whole model where a candidate acts back on it.
     deformation : judged on the displacement, or on both; None where none was measured.
-    bent : was the heat fitted alone because the deformation would have bent it? It also is where it fails by itself.
+    apart : why the heat was fitted alone: the deformation would have bent it, or it fails by itself; "" if it was not.
     """
 
     model: Model
     heat: tuple[StageProblem, ...]
     deformation: StageProblem | None
-    bent: bool
+    apart: Apart
 
     @property
     def drive(self) -> Drive:
@@ -173,14 +174,14 @@ def refit_stages(
         fitted = heat[0].fit.problem
         model, starts = carried(model, fitted.model), fitted.split(fitted.first())[1]
     if heat_alone or not any(c in MECHANICAL and model.predicts(c) for p in data.inputs for c in p.run.measured):
-        return StagedFit(model, heat, None, False)
+        return StagedFit(model, heat, None, "")
     fails = bool(heat) and _fails(heat[0].fit, options)
     if not fails:
         both = _both(model, data, starts, candidates, options, progress)
         if not heat or not _bends(heat[0].fit, both.fit, options):
-            return StagedFit(carried(model, both.fit.problem.model), heat, both, False)
+            return StagedFit(carried(model, both.fit.problem.model), heat, both, "")
     alone = _deformation(model, data, starts, candidates, heat[0].fit, options, progress)
-    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, not fails)
+    return StagedFit(carried(model, alone.fit.problem.model), heat, alone, "fails" if fails else "bent")
 
 
 def _fails(heat: LinearizedFit, options: DiagnoseOptions) -> bool:

@@ -260,7 +260,12 @@ def _stage_at_fault(found: Diagnosis) -> Iterator[str]:
         yield f"At fault is {PARTS[found.at_fault]}: {left}"
     if found.drive == "measured":
         yield "The heat does not explain the temperature, so the measured one, smoothed, drove the deformation."
-    elif found.bent:
+    elif found.apart == "fails":
+        yield (
+            "The heat does not explain the temperature, so it was fitted alone; not every run has a measured one that "
+            "could drive the deformation instead."
+        )
+    elif found.apart == "bent":
         yield (
             "Fitted together with the displacement the temperature would be explained worse, so the heat was fitted "
             "alone."
