@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import SetBool, Trigger
@@ -178,6 +179,10 @@ def test_a_commander_that_is_not_heard_yet_is_reported(graph: Graph) -> None:
         4.0,
         "the report",
     )
+    said: list[Log] = []
+    first.node.create_subscription(Log, "/rosout", said.append, 10)
+    graph.spin_for(2.5)
+    assert [m.msg for m in said if m.name == "lce.laser"] == [], "it was logged once, when it came up"
 
 
 def test_two_commanders_are_a_fault_before_the_bigger_one_wins(graph: Graph) -> None:
