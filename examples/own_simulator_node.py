@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""A simulator of your own, with rclpy alone: a strip that warms as RC circuits do, and contracts around 60 °C.
+"""A simulator of your own, with rclpy alone: a strip that warms as RC circuits do, and contracts around 60 °C.
 
-    ros2 launch lce_bringup bench.launch.py plant:=hardware \
-        params_file:=$(ros2 pkg prefix lce_bringup --share)/config/simulated.yaml
+    ros2 launch lce_bringup bench.launch.py simulator:=false
     python examples/own_simulator_node.py --ros-args -r __ns:=/lce
 
 It takes the place of the node `simulator`: laser/power in, sim/temperature and sim/displacement out, 100 times a
@@ -31,19 +30,29 @@ class Strip(Node):
 
     def __init__(self) -> None:
         super().__init__("own_simulator")
-        self._power_w, self._age_s, self._celsius = 0.0, math.inf, ROOM_C
+        self._power_w, self._sent_s, self._celsius = 0.0, -math.inf, ROOM_C
+        self._last_s = self._now_s()
         self._temperature = self.create_publisher(Temperature, "sim/temperature", 10)
         self._displacement = self.create_publisher(Float64, "sim/displacement", 10)
-        self.create_subscription(Float64, "laser/power", self._take_power, 10)
+        self._power = self.create_subscription(Float64, "laser/power", self._take_power, 10)
         self.create_timer(PERIOD_S, self._step)
 
-    def _take_power(self, message: Float64) -> None:
-        self._power_w, self._age_s = message.data, 0.0
+    def _now_s(self) -> float:
+        return self.get_clock().now().nanoseconds * 1e-9
+
+    def _take_power(self, message: Float64, info: dict[str, int]) -> None:
+        # As old as its publisher says: after a stall, the last words of a dead laser wait in the queue.
+        self._sent_s = info["source_timestamp"] * 1e-9
+        self._power_w = message.data if math.isfinite(message.data) else 0.0
 
     def _step(self) -> None:
-        power_w = self._power_w if self._age_s <= POWER_TIMEOUT_S else 0.0
-        self._age_s += PERIOD_S
-        self._celsius += (ROOM_C - self._celsius + GAIN_K_W * power_w) * PERIOD_S / TIME_CONSTANT_S
+        now_s = self._now_s()
+        dt_s, self._last_s = now_s - self._last_s, now_s
+        if not self._power.get_publisher_count():
+            return  # the first sample says that the whole chain is there
+        power_w = self._power_w if now_s - self._sent_s <= POWER_TIMEOUT_S else 0.0
+        steady_c = ROOM_C + GAIN_K_W * power_w
+        self._celsius = steady_c + (self._celsius - steady_c) * math.exp(-dt_s / TIME_CONSTANT_S)
         temperature = Temperature(temperature=self._celsius)
         temperature.header.stamp = self.get_clock().now().to_msg()
         self._temperature.publish(temperature)

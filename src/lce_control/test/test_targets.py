@@ -58,7 +58,7 @@ def test_a_new_target_that_nobody_can_answer_is_reported_and_the_old_one_stays(
     def reported(words: str) -> bool:
         return any(words in status.message for message in said.messages for status in message.status)
 
-    operator.every(0.01, lambda: displacements.publish(Float64(data=1e-6 * operator.now_s() % 1.0)))
+    operator.every(0.01, lambda: displacements.publish(Float64(data=1e-6 * (operator.now_s() % 1.0))))
     targets.publish(Float64(data=0.001))
     graph.until(lambda: reported("controlling"), what="the first target")
     operator.destroy_service(service)

@@ -40,6 +40,7 @@ class SensorNode(ManagedNode):
         self.channel = channel
         self.sheet = sheet
         self.declare("stale_after_s", 0.5, "silence after which the node warns", unit="s", lower=0.05, upper=60.0)
+        self.declare("seed", 1, "of a simulated sensor's noise, -1: a new one each time", lower=-1, read_only=True)
         self._readings = 0
         self._last_s = self.now_s()
         factories = {"simulated": simulated, **devices}

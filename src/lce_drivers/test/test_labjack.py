@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 import yaml
 from labjack_emulator import LabJackEmulator
+from rcl_interfaces.msg import Log
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import SetBool, Trigger
@@ -345,18 +347,24 @@ def test_the_limit_is_never_above_what_the_device_can_give(graph: Graph, device:
 
 @pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")  # PyGObject's, where Aravis is installed
 def test_hardware_yaml_names_parameters_that_exist(graph: Graph, device: LabJackEmulator) -> None:
-    """A misspelt name in a parameter file is silently ignored by ROS."""
+    """A misspelt name in a parameter file is ignored by ROS; ours is named in the log, and the launch gives a seed."""
+    said: list[Log] = []
+    logs = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    graph.probe().create_subscription(Log, "/rosout", said.append, logs)
     config = Path(__file__).parents[2] / "lce_bringup" / "config" / "hardware.yaml"
     content = yaml.safe_load(config.read_text(encoding="utf-8"))
     here = {"labjack.host": "127.0.0.1", "labjack.port": device.port, "labjack.volts_per_watt": 1.0}
     for name, factory, own in (
         ("laser", Laser, here),
-        ("thermal_camera", ThermalCamera, {}),
-        ("distance_sensor", DistanceSensor, {}),
+        ("thermal_camera", ThermalCamera, {"seed": 1}),
+        ("distance_sensor", DistanceSensor, {"seed": 1}),
     ):
         given = dict(flat(content[f"/**/{name}"]["ros__parameters"]))
-        node = graph.add(factory, **given | own)
+        node = graph.add(factory, **given | own | {"mispelt": 1})
         assert [parameter for parameter in given if not node.has_parameter(parameter)] == []
+        node.warn_of_unknown_parameters()
+    graph.until(lambda: sum("mispelt" in m.msg for m in said) == 3, what="the warnings of three nodes")
+    assert not [m.msg for m in said if "no parameter" in m.msg and "mispelt" not in m.msg]
 
 
 def flat(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -167,9 +167,12 @@ def test_limits_that_leave_no_temperature_are_refused_at_the_start(graph: Graph)
         graph.add(Laser, max_temperature_c=-45.0)
 
 
-def test_a_commander_that_is_not_heard_yet_is_reported(graph: Graph) -> None:
+@pytest.mark.parametrize("active", [True, False])
+def test_a_commander_that_is_not_heard_yet_is_reported(graph: Graph, active: bool) -> None:
     first, second = Commander(graph), graph.probe("rival")
-    graph.add(Laser, **ALONE)
+    laser = graph.add(Laser, autostart=active, **ALONE)
+    if not active:
+        laser.trigger_configure()
     second.advertise(Float64, "laser/power_command")
     diagnostics = graph.collect(DiagnosticArray, "/diagnostics", first.node)
     graph.until(
@@ -181,6 +184,7 @@ def test_a_commander_that_is_not_heard_yet_is_reported(graph: Graph) -> None:
     )
     said: list[Log] = []
     first.node.create_subscription(Log, "/rosout", said.append, 10)
+    graph.until(lambda: (first.node.get_logger().info("here"), said)[1], what="the log")
     graph.spin_for(2.5)
     assert [m.msg for m in said if m.name == "lce.laser"] == [], "it was logged once, when it came up"
 

@@ -5,7 +5,6 @@ import gc
 import re
 import sys
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from typing import Any, ClassVar, Final
 
 import rclpy
@@ -23,7 +22,7 @@ from rclpy.task import Future
 from rclpy.timer import Timer
 from rclpy.utilities import try_shutdown
 
-from lce_data.errors import LceError
+from lce_data.errors import LceError, did_you_mean
 from lce_data.topics import DIAGNOSTICS
 from lce_ros.health import STARTED, Health, Level, node_of
 from lce_ros.parameters import Rule
@@ -33,7 +32,7 @@ from lce_ros.repeats import Repeats
 from lce_ros.signals import stop_signals
 
 USE_SIM_TIME: Final = "use_sim_time"
-QOS_OVERRIDES: Final = "qos_overrides."
+QOS_OVERRIDES: Final = "qos_overrides"
 
 
 class Stop(Future):
@@ -264,12 +263,15 @@ class LceNode(Node):
             self.get_logger().info(message)
 
     def warn_of_unknown_parameters(self) -> None:
-        """Log every parameter that was given at the start and is none of this node: misspelt, it would do nothing."""
+        """Log every parameter that was given at the start and that the node does not have: misspelt, it does nothing.
+
+        Those of a device that the node could have are for when it is chosen.
+        """
         declared = self.get_parameters_by_prefix("")
+        elsewhere = {QOS_OVERRIDES, *(self._rules["device"].choices if "device" in self._rules else ())}
         for name in self._parameter_overrides:
-            if name not in declared and not name.startswith(QOS_OVERRIDES):
-                near = get_close_matches(name, declared, 1)
-                hint = f"; did you mean {near[0]}?" if near else ""
+            if name not in declared and name.partition(".")[0] not in elsewhere:
+                hint = did_you_mean(name, declared)
                 self.get_logger().warning(f"there is no parameter {name}: it is ignored{hint}")
 
     def close(self) -> None:

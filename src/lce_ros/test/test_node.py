@@ -17,6 +17,7 @@ from lce_ros.qos import deeper
 from lce_ros.testing import Graph
 
 pytestmark = pytest.mark.alone
+LATCHED_MOST = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Example(LceNode):
@@ -106,16 +107,29 @@ def test_a_node_does_not_start_with_a_parameter_out_of_range(
     assert "\n" not in str(caught.value)
 
 
-def test_a_parameter_that_is_none_of_the_node_is_named_in_the_log(graph: Graph) -> None:
-    probe, said = graph.probe(), []
-    probe.create_subscription(
-        Log, "/rosout", said.append, QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    )
-    node = graph.add(Example, gian=0.5, **{"qos_overrides./lce/x.subscription.depth": 3})
-    node.warn_of_unknown_parameters()
-    graph.until(lambda: any(m.name == "lce.example" and "gian" in m.msg for m in said), what="the warning")
-    assert [m.msg for m in said if "no parameter" in m.msg] == [
-        "there is no parameter gian: it is ignored; did you mean gain?"
+MISSPELT = """
+import sys
+from lce_ros.node import LceNode, run
+
+class Example(LceNode):
+    def __init__(self):
+        super().__init__("example")
+        self.declare("gain", 1.0, "a gain")
+        self.declare("device", "a", "what it speaks to", choices=("a", "b"))
+
+sys.exit(run(Example))
+"""
+
+
+def test_a_parameter_that_the_node_does_not_have_is_named_in_its_log(graph: Graph) -> None:
+    said: list[Log] = []
+    graph.probe().create_subscription(Log, "/rosout", said.append, LATCHED_MOST)
+    others = {"b.port": 3, "qos_overrides./lce/x.subscription.depth": 3}
+    graph.start("", code=MISSPELT, gian=0.5, **others)
+    graph.until(lambda: any("no parameter" in m.msg for m in said), what="the warning")
+    graph.spin_for(0.2)
+    assert [(m.name, m.level, m.msg) for m in said if "no parameter" in m.msg] == [
+        ("lce.example", 30, "there is no parameter gian: it is ignored (did you mean 'gain'?)")
     ]
 
 

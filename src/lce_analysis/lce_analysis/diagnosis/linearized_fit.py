@@ -109,7 +109,8 @@ def optimum(problem: Problem, label: str, progress: Progress, iterations: int, t
 def linearised(problem: Problem) -> LinearizedFit:
     """The problem where it stands, with its Jacobian."""
     variables = problem.first()
-    return LinearizedFit(problem, problem.jacobian(variables), problem.residuals(variables))
+    residuals = problem.residuals(variables)
+    return LinearizedFit(problem, problem.jacobian(variables, residuals=residuals), residuals)
 
 
 def without_run(problem: Problem, i: int) -> Problem:

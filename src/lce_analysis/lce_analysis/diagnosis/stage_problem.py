@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 Part = Literal["heat", "deformation", "both"]
 """Which part of the model a problem judges: P → T, T → d, or both together."""
 Apart = Literal["", "bent", "fails"]
+"""Why the heat was fitted without the displacement, if it was."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@ def differing(problem: Problem, options: FitOptions = FitOptions()) -> tuple[str
     if len(problem.inputs) < 2:
         return ()
     variables = problem.first()
-    jacobian, residual = problem.jacobian(variables), problem.residuals(variables)
+    residual = problem.residuals(variables)
+    jacobian = problem.jacobian(variables, residuals=residual)
     total = float(residual @ residual)
     by_run = ByRun(problem, jacobian, residual)
     promises = {key: by_run.gain(key) for key in by_run.keys}

@@ -292,7 +292,7 @@ class Problem:
 
         The forward ones start from the ``residuals`` (N,) at the variables, where these are known already. A start
         temperature touches its own run only. An offset does in its run what the shared variable does there. A run is
-        simulated in pieces where there are fewer runs than cores.
+        simulated in pieces where there are fewer runs than twice the cores.
         """
         k = len(self.free)
         steps = np.array([PARAMETER_STEP] * k + [START_STEP_K] * len(self.free_starts))
@@ -307,7 +307,7 @@ class Problem:
         def fill(task: tuple[int, list[int]]) -> None:
             run, columns = task
             modelled = [
-                self._modelled(run, self._own(there, free, run)[columns], starts[columns, run])
+                self._modelled(run, self._own(there[columns], free[columns], run), starts[columns, run])
                 for there, free, starts in rows
             ]
             span = np.ptp(signs) * steps[columns, None] if central else steps[columns, None]

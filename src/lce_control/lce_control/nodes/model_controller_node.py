@@ -140,6 +140,7 @@ class ModelController(PowerControllerNode):
             stays = f"{self._target_m * 1e3:.3f} mm stays the target" if there else "there is no target"
             self._refusal = f"target refused: {error}; {stays}"
             self.tell(Level.ERROR, self._refusal, again=True)
+            self.report(Level.ERROR, self._refusal)
         else:
             self._target_m, self._refusal = message.data, None
             self.get_logger().info(f"target {message.data * 1e3:.3f} mm", throttle_duration_sec=TOLD_S)

@@ -39,6 +39,8 @@ class TargetTracker:
         self._asked: Future | None = None
         self._asking_m = math.nan
         self._asked_s = -math.inf
+        self._waiting_since_s: float | None = None
+        self._waits = False
         node.listen(Float64, TARGET, self._take_target, latched=True)
         self._client = node.create_client(InverseTemperature, "inverse_temperature")
 
@@ -55,15 +57,9 @@ class TargetTracker:
     @property
     def complaint(self) -> tuple[Level, str] | None:
         """Why the newest target is not the one that is followed, and how bad that is; None if it is."""
-        if self._refusal is not None:
-            return Level.ERROR, self._refusal
         if self._waits and self.exists:
             return Level.WARN, f"a new target {WAITS}; {self._stays}"
-        return None
-
-    @property
-    def _waits(self) -> bool:
-        return self._wanted_m is not None and not self._client.service_is_ready()
+        return None if self._refusal is None else (Level.ERROR, self._refusal)
 
     @property
     def _stays(self) -> str:
@@ -78,6 +74,17 @@ class TargetTracker:
                 self._wanted_m = self._asking_m
         if self._asked is None and self._wanted_m is not None and self._client.service_is_ready():
             self._ask(self._wanted_m, t_s)
+        self._waits = self._is_waiting(t_s)
+
+    def _is_waiting(self, t_s: float) -> bool:
+        """Is there a target that the service does not answer: because it is not there, or for longer than usual?"""
+        if self._asked is None and self._wanted_m is None:
+            self._waiting_since_s = None
+            return False
+        if self._waiting_since_s is None:
+            self._waiting_since_s = t_s
+        late = not 0.0 <= t_s - self._waiting_since_s < ANSWER_TIMEOUT_S
+        return late or not self._client.service_is_ready()
 
     def _ask(self, target_m: float, t_s: float) -> None:
         self._wanted_m, self._asking_m, self._asked_s = None, target_m, t_s
@@ -96,3 +103,4 @@ class TargetTracker:
             return
         self._refusal = f"target refused: {answer.message}; {self._stays}"
         self._node.tell(Level.ERROR, self._refusal, again=True)
+        self._node.report(Level.ERROR, self._refusal)

@@ -183,12 +183,8 @@ class Laser(ManagedNode):
         self._write(self._guard.cut(now_s) if cold or not self._arming.armed else wanted_w)
         self._publish_power(self._power_w)
         self._announce_arming()
-        level, words = condition(self._arming, self._guard.state, wanted_w, cold)
-        if self._crowd is not None:
-            level, words = max(level, Level.WARN), f"{words}; {self._crowd}"
-        self.report(
-            level,
-            words,
+        self._report_beside_crowd(
+            *condition(self._arming, self._guard.state, wanted_w, cold),
             power_w=self._power_w,
             invalid_commands=self._guard.invalid_commands,
         )
@@ -198,7 +194,13 @@ class Laser(ManagedNode):
         if self._output is not None:
             self._write(0.0)
             self._announce_arming()
-            self.report(*dark(self._arming), power_w=0.0)
+            self._report_beside_crowd(*dark(self._arming), power_w=0.0)
+
+    def _report_beside_crowd(self, level: Level, words: str, **values: Any) -> None:
+        """Report a condition; one that is no error also names the topics that have several publishers."""
+        if self._crowd is not None and level is not Level.ERROR:
+            level, words = Level.WARN, f"{words}; {self._crowd}"
+        self.report(level, words, **values)
 
     def _write(self, power_w: float) -> None:
         assert self._output is not None

@@ -12,7 +12,7 @@ from lce_ros.messages import from_message, message_class
 class SimulatedDevice:
     """A SensorDevice fed by the simulator's topic of the node's channel.
 
-    Declares the node's parameters noise_rms, quantum [SI unit of the channel], latency_s [s] (all live) and seed.
+    Declares the node's parameters noise_rms, quantum [SI unit of the channel] and latency_s [s] (all live).
     """
 
     def __init__(self, node: DeviceNode) -> None:
@@ -25,8 +25,7 @@ class SimulatedDevice:
             "quantum", sheet.quantum, "step of the digits, 0: not rounded", unit=channel.unit, lower=0.0, upper=10.0
         )
         node.declare("latency_s", sheet.latency_s, "time from acquisition to reading", unit="s", lower=0.0, upper=1.0)
-        seed = node.declare("seed", 1, "seed of the noise, -1: a new one each time", lower=-1, read_only=True)
-        self._sensor = SimulatedSensor(self._imperfection(), seed, topic, sheet.rate_hz)
+        self._sensor = SimulatedSensor(self._imperfection(), node.value("seed"), topic, sheet.rate_hz)
         node.add_post_set_parameters_callback(lambda _: self._follow_parameters())
         node.listen(message_class(channel), topic, self._observe)
 

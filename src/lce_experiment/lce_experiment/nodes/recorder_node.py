@@ -264,7 +264,7 @@ def _experiment(text: str) -> experiment.Experiment:
         value = json.loads(text)
     except json.JSONDecodeError as error:
         raise LceError(
-            f"recorder: parameter experiment is not JSON ({error}): {text}; "
+            f"recorder: parameter experiment is not JSON ({error}): {text!r}; "
             """conditions:= of a launch file is an object, such as '{"specimen": "A1"}'"""
         ) from None
     if not isinstance(value, dict):
