@@ -168,7 +168,8 @@ class DiagnoseOptions:
     alike : the two may differ by this share of the mean, or by so many of the larger of their standard errors.
     most, nearly_all, near : the last effect of a part of the model must take away the share ``most`` of what was left
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
-        the noise: what takes less stands in for something that neither the library nor the base model holds. Where the
+        the noise; from ``explained`` to ``near`` the share rises in proportion. What takes less stands in for something
+        that neither the library nor the base model holds. Where the
         measured temperature has to drive the deformation, it must do both. Beside what differs from run to run,
         ``explained`` takes the place of ``near``.
     inflated, concentrated : an effect of the heat only resembles what is missing if what is left makes the squared

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was accepted has to prove itself once more beside what came after it: take back what does not."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -257,7 +258,8 @@ def _without_difference(model: Model, key: str) -> Model:
 def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
-    If not, it stands in for something else, that the library or the base model lacks. A sensor that was at its noise
+    If not, it stands in for something else, that the library or the base model lacks. The more it leaves, the larger a
+    share it has to take. A sensor that was at its noise
     before does not count, nor the temperature if the effect does nothing to it. Where the heat is not explained, and
     the measured temperature drives the deformation, the effect has to bring the displacement near its noise.
 
@@ -269,9 +271,16 @@ def _explains(last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
     for channel in (c for c in channels if judged[0].judged_before.above_noise(c) > options.worth_noise):
         errors = [(p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in judged]
         close = max(after for _, after in errors) <= options.near**2
-        needed = options.most if close and not driven else options.nearly_all
-        most = [a - b > options.worth_noise and share_of(a, b) >= needed for a, b in errors]
+        most = [a - b > options.worth_noise and share_of(a, b) >= _share_needed(b, driven, options) for a, b in errors]
         also = all(taken or left <= options.explained**2 for taken, (_, left) in zip(most[1:], errors[1:], strict=True))
         if most[0] and also and (close or not driven):
             return True
     return False
+
+
+def _share_needed(left: float, driven: bool, options: DiagnoseOptions) -> float:
+    """The share of an error above the noise that the last effect has to take, by the mean square that it leaves."""
+    if driven:
+        return options.nearly_all
+    ends = [options.explained, options.near], [options.most, options.nearly_all]
+    return float(np.interp(math.sqrt(left), *ends))
