@@ -47,7 +47,7 @@ class Strip(Node):
 
     def _step(self) -> None:
         now_s = self._now_s()
-        dt_s, self._last_s = now_s - self._last_s, now_s
+        dt_s, self._last_s = max(now_s - self._last_s, 0.0), now_s
         if not self._power.get_publisher_count():
             return  # the first sample says that the whole chain is there
         power_w = self._power_w if now_s - self._sent_s <= POWER_TIMEOUT_S else 0.0

@@ -19,7 +19,7 @@ STARTS_K = np.array([301.0, 303.0, 305.0, 302.0])
 
 @pytest.fixture(scope="module")
 def several() -> Problem:
-    """Four runs: one starts at the ambient temperature, two at temperatures to be found, the last at a known one."""
+    """Four runs: one starts at the ambient temperature, two at temperatures to be found, one at a known one."""
     inputs = []
     for number, start_k in enumerate(STARTS_K):
         time_s = 0.1 * np.arange(300 + 20 * number)

@@ -61,6 +61,10 @@ def test_a_new_target_that_nobody_can_answer_is_reported_and_the_old_one_stays(
     operator.every(0.01, lambda: displacements.publish(Float64(data=1e-6 * (operator.now_s() % 1.0))))
     targets.publish(Float64(data=0.001))
     graph.until(lambda: reported("controlling"), what="the first target")
+    trajectory = operator.every(0.01, lambda: targets.publish(Float64(data=0.001)))
+    graph.spin_for(2.5)
+    trajectory.cancel()
+    assert not reported("waits"), "each target of a trajectory is answered"
     operator.destroy_service(service)
     client = node.create_client(InverseTemperature, "inverse_temperature")
     graph.until(lambda: not client.service_is_ready(), what="the end of the service")

@@ -77,7 +77,7 @@ class TargetTracker:
         self._waits = self._is_waiting(t_s)
 
     def _is_waiting(self, t_s: float) -> bool:
-        """Is there a target that the service does not answer: because it is not there, or for longer than usual?"""
+        """Is there a target, and no answer: because the service is not there, or none came for longer than usual?"""
         if self._asked is None and self._wanted_m is None:
             self._waiting_since_s = None
             return False
@@ -95,7 +95,7 @@ class TargetTracker:
         self._wanted_m = message.data
 
     def _answered(self, wanted_m: float, answer: InverseTemperature.Response) -> None:
-        self._asked = None
+        self._asked = self._waiting_since_s = None
         if answer.success:
             self.target_m, self.temperature_k, self._refusal = wanted_m, to_kelvin(answer.temperature), None
             told = f"target {wanted_m * 1e3:.3f} mm, feed-forward {answer.temperature:.2f} °C"
