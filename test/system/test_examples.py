@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
@@ -96,24 +97,28 @@ def test_discover(campaign: Path, tmp_path: Path) -> None:
 
 @pytest.mark.alone
 @pytest.mark.parametrize("own", ["controller", "simulator"])
-def test_a_node_of_ones_own_beside_those_of_the_bench(graph: Graph, monkeypatch: pytest.MonkeyPatch, own: str) -> None:
+def test_a_node_of_ones_own_beside_those_of_the_bench(
+    graph: Graph, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, own: str
+) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
     files = [word for name in ("bench", "simulated") for word in ("--params-file", str(config_file(f"{name}.yaml")))]
     ros = ["--ros-args", "-r", f"__ns:={registry.NAMESPACE}"]
-    bench = [spec for spec in registry.BENCH if spec.name != own]
-    commands = [[*spec.command, *ros, *files] for spec in bench]
-    commands.append([sys.executable, str(EXAMPLES / "own_controller_node.py"), *ros, "-p", "target_m:=0.001"])
+    commands = [[*spec.command, *ros, *files] for spec in registry.BENCH if spec.name != own]
     if own == "simulator":
         commands.append([sys.executable, str(EXAMPLES / "own_simulator_node.py"), *ros])
-    seen_m: list[float] = []
-    graph.probe().create_subscription(
-        Float64, f"{registry.NAMESPACE}/displacement", lambda message: seen_m.append(message.data), 10
-    )
-    processes = [
-        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for command in commands
-    ]
-    try:
-        graph.until(lambda: bool(seen_m) and seen_m[-1] > 2e-4, 60.0, "a strip that lifts its weight")
-    finally:
-        for process in processes:
-            end(process)
+    controller = [sys.executable, str(EXAMPLES / "own_controller_node.py"), *ros, "-p", "target_m:=0.001"]
+    probe = graph.probe()
+    displacement = graph.collect(Float64, "displacement", probe)
+    temperature = graph.collect(Temperature, "temperature", probe)
+    log = tmp_path / "log.txt"
+    with log.open("w", encoding="utf-8") as lines:
+        processes = [subprocess.Popen(command, stdout=lines, stderr=lines) for command in commands]
+        try:
+            # The bench measures before the controller comes, as its first lines say: light needs a temperature.
+            graph.until(lambda: displacement and temperature, 60.0, "a bench that measures")
+            processes.append(subprocess.Popen(controller, stdout=lines, stderr=lines))
+            graph.until(lambda: displacement.data[-1] > 1e-4, 60.0, "a strip that lifts its weight")
+        finally:
+            for process in processes:
+                end(process)
+            print(log.read_text(encoding="utf-8"))
