@@ -1,24 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The transition takes heat: the heat capacity is c + L g(T) with a bell g around the transition.
+"""The transition takes heat: the heat capacity is c + L g(p) with a bell g around the transition.
 
-g(T) = exp(-((T - T_c)/w)²/2)/(w √(2π)), whose area is 1: L is the heat of the whole transition.
+g(p) = exp(-((p - T_c)/w)²/2)/(w √(2π)), whose area is 1: L is the heat of the whole transition. p follows T with a play
+of r on either side, as the order does that takes the heat: the transition lies at T_c + r when the strip warms, and at
+T_c - r when it cools. While p stands still, the heat capacity is c.
 
 In the residual: a kink at the transition, ∝ dT/dt, none in steady state. Like order_dependent_absorption; slow against
 fast ramps tell them apart.
 """
 
 import math
+from typing import Final
 
 from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
+LEAST_K: Final = 1e-12
+"""A change of the temperature in a step that is smaller than this counts as this [K]."""
+
+
+def start(heat_capacity: float, temperature: float, hysteresis: float) -> tuple[float, float]:
+    """Cooled down to this temperature."""
+    return temperature + hysteresis, heat_capacity
+
 
 def step(
-    heat_capacity: float, temperature_midway: float, heat: float, center: float, width: float, capacity: float
-) -> float:
-    """Heat capacity in units of c."""
-    z = (temperature_midway - center) / width
-    return heat_capacity + heat / capacity * math.exp(-0.5 * z * z) / (width * math.sqrt(2.0 * math.pi))
+    heat_capacity: float,
+    temperature_before: float,
+    warming: float,
+    dt: float,
+    play: float,
+    heat: float,
+    center: float,
+    width: float,
+    hysteresis: float,
+    capacity: float,
+) -> tuple[float, float]:
+    """Temperature that the transition is at when the step begins [K], and heat capacity in units of c."""
+    play = min(max(play, temperature_before - hysteresis), temperature_before + hysteresis)
+    change = dt * warming
+    after = min(max(play, temperature_before + change - hysteresis), temperature_before + change + hysteresis)
+    # p may begin to move within the step: with its share of the step, the simulation has a derivative by r.
+    share = min(abs(after - play) / max(abs(change), LEAST_K), 1.0) if hysteresis > 0.0 else 1.0
+    z = (0.5 * (play + after) - center) / width
+    return play, heat_capacity + share * heat / capacity * math.exp(-0.5 * z * z) / (width * math.sqrt(2.0 * math.pi))
 
 
 EFFECT = Effect(
@@ -26,18 +51,29 @@ EFFECT = Effect(
     title="latent heat",
     meaning="the phase transition takes up heat",
     stage="heat",
-    equation="dT/dt = (...) c/(c + L g(T))",
+    equation="dT/dt = (...) c/(c + L g(p)), p = min(max(p, T - r), T + r)",
     parameters=(
         Parameter("heat", "J/g", 0.0, 0.0, 10.0, "latent heat L", "0.2–5 J/g in analogues (PRE 78, 011708)"),
         Parameter(
             "center", "K", 320.0, 280.0, 400.0, "temperature of the transition T_c", "within the range of the strip"
         ),
         Parameter("width", "K", 8.0, 2.0, 20.0, "width of the transition w", "plausible, no source found", scale="log"),
+        Parameter(
+            "hysteresis",
+            "K",
+            0.0,
+            0.0,
+            20.0,
+            "half-width of its hysteresis r",
+            "5 K: the boundaries (4.22) lie 10 K higher in warming",
+        ),
         Parameter("capacity", "J/(g K)", 1.8, 0.5, 5.0, "specific heat capacity c", "polymer network", fixed=True),
     ),
+    states=("play",),
     outputs=("heat_capacity",),
+    start=start,
     step=step,
     strength="heat",
     typical=2.0,
-    grid=(("center", (305.0, 315.0, 325.0, 340.0, 360.0)), ("width", (4.0, 10.0))),
+    grid=(("center", (305.0, 315.0, 325.0, 340.0, 360.0)), ("width", (4.0, 10.0)), ("hysteresis", (0.0, 6.0))),
 )
