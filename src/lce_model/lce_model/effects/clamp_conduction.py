@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The clamps take up heat, warm up, and give it back: a second, slow node.
+"""The clamps, and the ends of the strip that they hold, take up heat, warm up, and give it back: a second, slow node.
 
 dT/dt = … - G/(m c) (T - T_c), τ_c dT_c/dt = s (T - T_env) - (T_c - T_env), with s = G/(G + G_a).
+
+A clamp follows within minutes. The cold end of the strip itself follows within seconds: heat comes through a millimetre
+of elastomer in l²/α = 10 s.
 
 In the residual: a tail of two exponentials after a step. Like laser_droop; creep shows in d alone.
 """
@@ -45,7 +48,15 @@ EFFECT = Effect(
             "conductance", "W/K", 0.0, 0.0, 2e-3, "conductance strip to clamp G", "k A/L = 0.06–0.2 mW/K, computed"
         ),
         Parameter(
-            "tau", "s", 200.0, 20.0, 2000.0, "time constant of the clamp τ_c", "plausible, no source found", scale="log"
+            "tau",
+            "s",
+            200.0,
+            1.0,
+            2000.0,
+            "time constant of the clamp τ_c, or of the end of the strip in it",
+            "end of the strip: l²/α = 10 s for 1 mm, computed; clamp: plausible, no source found",
+            scale="log",
+            usual=(20.0, 2000.0),
         ),
         Parameter(
             "capacity",
@@ -74,5 +85,5 @@ EFFECT = Effect(
     step=step,
     strength="conductance",
     typical=1e-4,
-    grid=(("tau", (30.0, 100.0, 400.0)),),
+    grid=(("tau", (6.0, 30.0, 100.0, 400.0)),),
 )
