@@ -190,15 +190,16 @@ def test_latent_heat_has_a_derivative_by_its_hysteresis() -> None:
     assert np.linalg.norm(slope(1e-5) - slope(1e-2)) < 0.05 * np.linalg.norm(slope(1e-2))
 
 
-def test_clamp_conduction() -> None:
+@pytest.mark.parametrize("tau", [50.0, 5.0])
+def test_clamp_conduction(tau: float) -> None:
     # Node of heat capacity C_c between strip (G) and surroundings (G_a): with G_a = G, share 1/2 and tau = C_c/2G.
-    g, strip_capacity, clamp_capacity = 3e-4, 0.030, 2 * 3e-4 * 50.0
+    g, strip_capacity, clamp_capacity = 3e-4, 0.030, 2 * 3e-4 * tau
 
     def slope(y: Floats, p: float, t: float) -> Floats:
         flow = g * (y[0] - y[1])
         return np.array([bare(y[0], p) - flow / strip_capacity, (flow - g * (y[1] - AMBIENT)) / clamp_capacity])
 
-    temperature_of(effect("clamp_conduction", conductance=g, tau=50.0), solved(slope, [AMBIENT, AMBIENT])[0])
+    temperature_of(effect("clamp_conduction", conductance=g, tau=tau), solved(slope, [AMBIENT, AMBIENT])[0])
 
 
 def test_thermal_gradient() -> None:
