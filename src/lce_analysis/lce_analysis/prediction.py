@@ -19,8 +19,8 @@ from lce_data.errors import LceError
 from lce_data.noise import noise_floor
 from lce_data.run import Run, Series
 from lce_model import Model, RunValue
-from lce_model.kernel.compose import SIGNAL_INDEX
 from lce_model.kernel.generate import RECORDED
+from lce_model.simulation import NO_DRIVE
 
 Floats = NDArray[np.float64]
 
@@ -110,12 +110,11 @@ class SimulationInput:
         kernel = model.kernel
         if AMBIENT not in kernel.inputs:
             return parameters[:, model.index(AMBIENT_KEY)].copy()
-        state, first = np.empty(kernel.state_size), self.columns(kernel.inputs)[0]
-        found = np.empty(parameters.shape[0])
-        for i, row in enumerate(np.ascontiguousarray(parameters)):
-            kernel.begin(float("nan"), self.deadband_k, first, row, state)
-            found[i] = state[SIGNAL_INDEX["ambient"]]
-        return found
+        out = np.empty((parameters.shape[0], 1, len(RECORDED)))
+        given, starts = self.columns(kernel.inputs)[:1], np.full(parameters.shape[0], np.nan)
+        rows = np.ascontiguousarray(parameters)
+        kernel.run_many(self.time_s[:1], self.power_w[:1], NO_DRIVE, given, starts, self.deadband_k, rows, out)
+        return np.ascontiguousarray(out[:, 0, STATE["temperature"]])
 
     def simulate(self, model: Model, parameters: Floats, start_k: Floats) -> Floats:
         """Outputs (m, n, len(RECORDED)) for parameter rows (m, k) and start temperatures (m,).

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lce_data.channels import Channel
 from lce_data.errors import LceError, did_you_mean
 from lce_model.effects import Effect, find, library
-from lce_model.kernel.compose import Kernel, compile_terms
+from lce_model.kernel.compose import Kernel, kernel_of
 from lce_model.library import PUBLISHED, terms
 from lce_model.terms import SENSOR_INPUT, Parameter, Term, inputs_of
 from lce_model.variation import Variation
@@ -130,7 +130,7 @@ class Model:
     @cached_property
     def kernel(self) -> Kernel:
         """The compiled form of the terms."""
-        return compile_terms(self.terms)
+        return kernel_of(self.terms)
 
     @property
     def inputs(self) -> tuple[Channel, ...]:

@@ -8,15 +8,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba.core.event
 import numpy as np
 import pytest
 
 from lce_data.channels import named_input
 from lce_data.errors import LceError
 from lce_model import default_model
-from lce_model.kernel.compose import SIGNAL_INDEX, compile_terms
+from lce_model.kernel.compose import SIGNAL_INDEX, kernel_of
 from lce_model.kernel.generate import RECORDED
 from lce_model.library import THERMAL, terms
+from lce_model.simulation import Stepper
 from lce_model.terms import Parameter, Term, inputs_of
 
 
@@ -38,7 +40,7 @@ def run(members: tuple[Term, ...], parameters: list[float]) -> np.ndarray:
     time = np.arange(0.0, 30.0, 0.01)
     out = np.empty((time.size, len(RECORDED)))
     no_inputs = np.empty((time.size, 0))
-    compile_terms(members).run(time, np.ones_like(time), np.empty(0), no_inputs, 301.15, 0.0, np.array(parameters), out)
+    kernel_of(members).run(time, np.ones_like(time), np.empty(0), no_inputs, 301.15, 0.0, np.array(parameters), out)
     return out[:, 0]
 
 
@@ -90,7 +92,7 @@ def test_a_term_reads_the_time_since_the_beginning_of_the_run() -> None:
     members = (*THERMAL["lumped"], clock)
     time, out = np.array([5.0, 5.1, 5.5, 9.0]), np.empty((4, len(RECORDED)))
     values = np.array([301.15, 30.0, 18.0])
-    kernel = compile_terms(members)
+    kernel = kernel_of(members)
     kernel.run(time, np.ones(4), np.empty(0), np.empty((4, 0)), math.nan, 0.0, values, out)
     np.testing.assert_allclose(out[:, RECORDED.index("measured_temperature")], time - 5.0, atol=1e-12)
     state, no_inputs = np.empty(kernel.state_size), np.empty(0)
@@ -123,6 +125,22 @@ def test_a_second_process_loads_what_the_first_compiled(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert [h.strip() for h in hits] == ["0", "3"]
+
+
+def test_a_process_compiles_a_term_once_for_all_kernels_that_call_it() -> None:
+    step = THERMAL["lumped"][1].step
+    kernels = [kernel_of(THERMAL["lumped"]), kernel_of((*THERMAL["lumped"], EXTRA))]
+    called = [kernel.run.py_func.__globals__["lumped_step"] for kernel in kernels]  # type: ignore[attr-defined]
+    assert called[0] is called[1] and called[0].py_func is step
+
+
+def test_a_live_strip_is_compiled_before_its_first_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LCE_CACHE_DIR", str(tmp_path))  # what comes from the cache would not be seen
+    strip = Stepper(default_model("lumped", "none").add("radiation").add("laser_droop"))
+    compiled = numba.core.event.RecordingListener()
+    with numba.core.event.install_listener("numba:compile", compiled):
+        strip.step(1.0, 0.01)
+    assert not compiled.buffer
 
 
 def test_a_model_looks_its_kernel_up_once_and_leaves_it_behind_in_a_copy_for_another_process() -> None:

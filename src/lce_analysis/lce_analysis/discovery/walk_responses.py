@@ -20,7 +20,7 @@ from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.prediction import COLUMN, SimulationInput
 from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_model import Model
-from lce_model.kernel.compose import compile_terms
+from lce_model.kernel.compose import kernel_of
 from lce_model.kernel.generate import RECORDED
 from lce_model.terms import STAGES, Parameter, Term
 
@@ -207,7 +207,7 @@ def _thermal_responses(
 
 
 def _shown(run_input: SimulationInput, members: Sequence[Term], rows: Floats, start_k: float) -> Floats:
-    kernel = compile_terms(tuple(members))
+    kernel = kernel_of(tuple(members))
     out = np.empty((rows.shape[0], run_input.time_s.size, len(RECORDED)))
     given, starts = run_input.columns(kernel.inputs), np.full(rows.shape[0], start_k)
     kernel.run_many(

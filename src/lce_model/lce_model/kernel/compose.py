@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a tuple of terms to one compiled loop.
 
-numba compiles the generated module (:mod:`lce_model.kernel.generate`) once and keeps it in a cache folder:
+numba compiles the generated modules (:mod:`lce_model.kernel.generate`) once and keeps them in a cache folder:
 ``$LCE_CACHE_DIR``, else ``$XDG_CACHE_HOME/lce``, else ``~/.cache/lce``. The name of the cached file is a hash of
 everything that went into it, so a changed term is compiled anew.
 """
@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
@@ -28,13 +28,13 @@ from numba.core.types import Number
 
 from lce_data.channels import Channel
 from lce_data.errors import LceError
-from lce_model.kernel.generate import source, state_size
+from lce_model.kernel.generate import source_of_runs, source_of_steps, state_size
 from lce_model.terms import SIGNALS, Term, inputs_of
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """The compiled functions of one tuple of terms.
+    """The compiled functions of one tuple of terms, each compiled when it is first asked for.
 
     run(time_s, power_w, drive_k, u, start_k, deadband_k, p, out) fills ``out`` (n, len(RECORDED)); a ``drive_k`` of
     length n replaces the thermal stage, one of length 0 leaves it in place; ``u`` (n, len(inputs)) are the optional
@@ -43,14 +43,51 @@ class Kernel:
     begin(start_k, deadband_k, u, p, state), advance(power_w, dt_s, u, p, state) step a state vector kept by the
     caller, with the inputs ``u`` (len(inputs),) at the end of the step; its first entries are the signals, in the order
     of SIGNALS.
+
+    Asking for a function raises LceError if a term cannot be compiled, and names the file and the function.
     """
 
-    run: Callable[..., None]
-    run_many: Callable[..., None]
-    begin: Callable[..., None]
-    advance: Callable[..., None]
-    state_size: int
-    inputs: tuple[Channel, ...]
+    terms: tuple[Term, ...]
+
+    @cached_property
+    def state_size(self) -> int:
+        """Length of the state vector."""
+        return state_size(self.terms)
+
+    @cached_property
+    def inputs(self) -> tuple[Channel, ...]:
+        """The optional inputs that the terms read."""
+        return inputs_of(self.terms)
+
+    @cached_property
+    def _of_runs(self) -> tuple[Callable[..., None], Callable[..., None]]:
+        module = _compiled(self.terms, source_of_runs(self.terms))
+        return module.run, module.run_many
+
+    @cached_property
+    def _of_steps(self) -> tuple[Callable[..., None], Callable[..., None]]:
+        module = _compiled(self.terms, source_of_steps(self.terms))
+        return module.begin, module.advance
+
+    @property
+    def run(self) -> Callable[..., None]:
+        """A whole run of one row of parameters."""
+        return self._of_runs[0]
+
+    @property
+    def run_many(self) -> Callable[..., None]:
+        """A whole run of many rows of parameters."""
+        return self._of_runs[1]
+
+    @property
+    def begin(self) -> Callable[..., None]:
+        """The beginning of a strip that is stepped."""
+        return self._of_steps[0]
+
+    @property
+    def advance(self) -> Callable[..., None]:
+        """A step of it."""
+        return self._of_steps[1]
 
 
 SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)}
@@ -108,13 +145,17 @@ def _mistake(terms: tuple[Term, ...]) -> str:
 
 
 @cache
-def compile_terms(terms: tuple[Term, ...]) -> Kernel:
-    """Compile the terms, or load what an earlier process compiled.
+def _jitted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function as a kernel calls it; numba compiles it once in a process, however many kernels do."""
+    compiled: Callable[..., Any] = numba.njit(error_model="numpy")(function)
+    return compiled
+
+
+def _compiled(terms: tuple[Term, ...], text: str) -> ModuleType:
+    """The module of this text, compiled, or loaded as an earlier process compiled it.
 
     Raises LceError if a term cannot be compiled, naming its file and its function.
     """
-    text = source(terms)
-    size = state_size(terms)
     folder = cache_folder()
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"k{_fingerprint(terms, text)}.py"
@@ -122,13 +163,15 @@ def compile_terms(terms: tuple[Term, ...]) -> Kernel:
         with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".tmp", delete=False, encoding="utf-8") as new:
             new.write(text)
         Path(new.name).replace(path)
-    names: dict[str, Any] = {"NAN": np.nan, "STATE_SIZE": size, "empty": np.empty}
-    for term in terms:
-        names[f"{term.name}_step"] = numba.njit(error_model="numpy")(term.step)
-        if term.start is not None:
-            names[f"{term.name}_start"] = numba.njit(error_model="numpy")(term.start)
+    names: dict[str, Any] = {"NAN": np.nan, "STATE_SIZE": state_size(terms), "empty": np.empty}
+    names |= {f"{term.name}_{kind}": _jitted(function) for term in terms for kind, function in term.functions.items()}
     try:
-        module = _import_generated(path, names)
+        return _import_generated(path, names)
     except NumbaError as error:
         raise LceError(_mistake(terms) or str(error)) from None
-    return Kernel(module.run, module.run_many, module.begin, module.advance, size, inputs_of(terms))
+
+
+@cache
+def kernel_of(terms: tuple[Term, ...]) -> Kernel:
+    """The kernel of the terms, the same one for all models of them."""
+    return Kernel(terms)
