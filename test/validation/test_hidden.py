@@ -355,6 +355,13 @@ def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
         assert max(result["after"].values()) < 1.3
 
 
+def test_what_bears_another_only_while_a_parameter_differs_from_run_to_run_is_not_named() -> None:
+    case = Case("equilibrium-by-dynamic", ("ambient_drift",), "clear", 0, "without")
+    result = judge(case)
+    assert (result["added"], result["verdict"]) == ([], "cannot_tell")
+    assert result["before"]["temperature"] > 2.0
+
+
 def _late(run: Run) -> Run:
     """Shown by a camera with a dead time of two of its samples."""
     time_s, shown = run.series[TEMPERATURE].time_s, run.series[TEMPERATURE].value

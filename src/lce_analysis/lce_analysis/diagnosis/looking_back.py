@@ -130,8 +130,11 @@ def _take_back_parts(chain: Chain, heat: bool) -> None:
 def _bearing(chain: Chain, effects: Sequence[Step]) -> frozenset[str]:
     """Those of several effects of the heat without each of which nearly all of its error would come back.
 
-    Of the deformation it is not known whether what stands in for something else does that as well.
+    Of the deformation it is not known whether what stands in for something else does that as well. Nor is it where
+    something differs from run to run: with values of their own, most is easily taken by what resembles the true effect.
     """
+    if chain.present.model.varies:
+        return frozenset()
     heat = [step for step in effects if step.trial.stage.part == "heat"]
     return frozenset(step.added for step in heat if len(heat) > 1 and _bears_the_others(chain, step))
 
