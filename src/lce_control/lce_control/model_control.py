@@ -8,7 +8,7 @@ from lce_control.filters import Sample
 from lce_control.observer import Observer
 from lce_control.time_optimal import fastest_power_w
 from lce_data.channels import TEMPERATURE
-from lce_model import Model
+from lce_model import Model, Stepper
 
 STREAM_S: Final = 0.05
 """Targets that follow each other sooner are a trajectory, others are steps [s]."""
@@ -50,6 +50,7 @@ class ModelController:
         self.max_power_w, self.hottest_k, self.horizon_s = max_power_w, hottest_k, horizon_s
         self.delay_s = delay_s
         self._model, self._camera_noise_k, self._bias_s = model, camera_noise_k, bias_s
+        Stepper(model)  # compiles what steps it, which at the first image would hold up the loop for seconds
         self.reset()
 
     def reset(self) -> None:

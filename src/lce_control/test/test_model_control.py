@@ -2,7 +2,9 @@
 """The model-based controller and its observer on the simulated strip: pure, with the sensors' noise."""
 
 import math
+from pathlib import Path
 
+import numba.core.event
 import numpy as np
 import pytest
 
@@ -29,6 +31,15 @@ def test_a_strip_whose_displacement_is_no_number_gets_no_light() -> None:
             pass
 
     assert fastest_power_w(Strip(), 1e-3, 0.1, 2.0) == 0.0  # type: ignore[arg-type]
+
+
+def test_nothing_is_compiled_once_there_is_a_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LCE_CACHE_DIR", str(tmp_path))  # what comes from the cache would not be seen
+    control = ModelController(STRIP.add("radiation").add("laser_droop"))
+    compiled = numba.core.event.RecordingListener()
+    with numba.core.event.install_listener("numba:compile", compiled):
+        assert control.step(0.0, 1.0e-3, Sample(0.0, 0.0), Sample(301.15, 0.0)) > 0.0
+    assert not compiled.buffer
 
 
 @pytest.mark.parametrize("target_m", [1.0e-3, 3.0e-3])

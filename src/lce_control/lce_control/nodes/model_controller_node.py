@@ -71,8 +71,8 @@ class ModelController(PowerControllerNode):
         model, hottest_k = load_model(model_file) if model_file else default_model(), to_kelvin(hottest_c)
         with interruptible():  # the first time, the kernel of the model is compiled
             self._chart = InverseChart(model, hottest_k=min(hottest_k, HOTTEST_K))
-        # A command is applied at the laser's next tick.
-        self._controller = Controller(model, hottest_k=hottest_k, delay_s=PERIOD_S, **settings)
+            # A command is applied at the laser's next tick.
+            self._controller = Controller(model, hottest_k=hottest_k, delay_s=PERIOD_S, **settings)
         self._target_m = math.nan
         self._refusal: str | None = None
         self._observed: Sample | None = None
