@@ -6,6 +6,8 @@ import math
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numba.core.event
@@ -15,8 +17,9 @@ import pytest
 from lce_data.channels import named_input
 from lce_data.errors import LceError
 from lce_model import default_model
+from lce_model.kernel import compose
 from lce_model.kernel.compose import SIGNAL_INDEX, kernel_of
-from lce_model.kernel.generate import RECORDED
+from lce_model.kernel.generate import RECORDED, source_of_runs
 from lce_model.library import THERMAL, terms
 from lce_model.simulation import Stepper
 from lce_model.terms import Parameter, Term, inputs_of
@@ -132,6 +135,19 @@ def test_a_process_compiles_a_term_once_for_all_kernels_that_call_it() -> None:
     kernels = [kernel_of(THERMAL["lumped"]), kernel_of((*THERMAL["lumped"], EXTRA))]
     called = [kernel.run.py_func.__globals__["lumped_step"] for kernel in kernels]  # type: ignore[attr-defined]
     assert called[0] is called[1] and called[0].py_func is step
+
+
+def test_of_threads_that_ask_at_once_the_first_compiles() -> None:
+    members = (*THERMAL["lumped"], Term("first", "heat", "", (), ("heating",), lambda heating: heating))
+    asking = threading.Barrier(4)
+
+    def ask(_: int) -> object:
+        asking.wait()
+        return compose._compiled(members, source_of_runs(members))
+
+    with ThreadPoolExecutor(4) as pool:
+        modules = list(pool.map(ask, range(4)))
+    assert all(module is modules[0] for module in modules)
 
 
 def test_a_live_strip_is_compiled_before_its_first_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

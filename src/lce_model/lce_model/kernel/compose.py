@@ -13,6 +13,7 @@ import os
 import re
 import sys
 import tempfile
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -91,6 +92,7 @@ class Kernel:
 
 
 SIGNAL_INDEX: Final[dict[str, int]] = {name: i for i, name in enumerate(SIGNALS)}
+_COMPILING: Final = threading.Lock()
 _COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
 """Numba colours its messages where colorama is installed."""
 
@@ -154,8 +156,15 @@ def _jitted(function: Callable[..., Any]) -> Callable[..., Any]:
 def _compiled(terms: tuple[Term, ...], text: str) -> ModuleType:
     """The module of this text, compiled, or loaded as an earlier process compiled it.
 
-    Raises LceError if a term cannot be compiled, naming its file and its function.
+    Of threads that ask for it at once, the first compiles it. Raises LceError if a term cannot be compiled, naming its
+    file and its function.
     """
+    with _COMPILING:
+        return _compiled_once(terms, text)
+
+
+@cache
+def _compiled_once(terms: tuple[Term, ...], text: str) -> ModuleType:
     folder = cache_folder()
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"k{_fingerprint(terms, text)}.py"
