@@ -130,11 +130,18 @@ def test_a_second_process_loads_what_the_first_compiled(tmp_path: Path) -> None:
     assert [h.strip() for h in hits] == ["0", "3"]
 
 
-def test_a_process_compiles_a_term_once_for_all_kernels_that_call_it() -> None:
-    step = THERMAL["lumped"][1].step
-    kernels = [kernel_of(THERMAL["lumped"]), kernel_of((*THERMAL["lumped"], EXTRA))]
-    called = [kernel.run.py_func.__globals__["lumped_step"] for kernel in kernels]  # type: ignore[attr-defined]
-    assert called[0] is called[1] and called[0].py_func is step
+def test_a_process_compiles_a_term_once_for_all_kernels_that_call_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LCE_CACHE_DIR", str(tmp_path))  # what comes from the cache would not be seen
+    once = Term("once", "heat", "", (), ("heating",), lambda heating: 2.0 * heating)
+    compiled = numba.core.event.RecordingListener()
+    with numba.core.event.install_listener("numba:compile", compiled):
+        for members in ((*THERMAL["lumped"], once), (*THERMAL["lumped"], EXTRA, once)):
+            assert callable(kernel_of(members).run)
+    functions = [event.data["dispatcher"].py_func for _, event in compiled.buffer if event.is_start]
+    assert functions.count(once.step) == 1
+    assert [function.__name__ for function in functions].count("run") == 2
 
 
 def test_of_threads_that_ask_at_once_the_first_compiles() -> None:
