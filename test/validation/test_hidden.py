@@ -355,6 +355,22 @@ def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
         assert max(result["after"].values()) < 1.3
 
 
+@pytest.mark.parametrize(
+    ("hidden", "level", "seed", "added"),
+    [
+        (("temperature_clip",), "weak", 0, ["natural_convection", "temperature_clip"]),
+        # A value of the laser's gain for each run takes some of what the strip has of its own.
+        ((), "clear", 14, ["natural_convection", "latent_heat"]),
+    ],
+)
+def test_what_takes_most_beside_the_others_is_named_although_one_of_those_only_resembles_what_is_missing(
+    hidden: tuple[str, ...], level: str, seed: int, added: list[str]
+) -> None:
+    result = judge(Case("independent-heat", hidden, level, seed))
+    assert result["added"] == added
+    assert result["before"]["temperature"] > 3.0 * result["after"]["temperature"]
+
+
 def test_what_bears_another_only_while_a_parameter_differs_from_run_to_run_is_not_named() -> None:
     case = Case("equilibrium-by-dynamic", ("ambient_drift",), "clear", 0, "without")
     result = judge(case)

@@ -47,7 +47,7 @@ class Chain:
     given : the model before any refit.
     base, present : the model refitted without any addition, and with what has been accepted.
     accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
-    bearing : names of effects that bear the others that were found, whether these have been kept or not.
+    bearing : names of effects that take most beside the others that were found, whether these have been kept or not.
     trials : what is known of every candidate.
     """
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
-from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, reduction_of, share_of
+from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, rises, untouched_by
@@ -114,7 +114,7 @@ def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
 def _take_back_parts(chain: Chain, heat: bool) -> None:
     """Take back effects of this part of the model, the last first, until the last explains most.
 
-    One that bears the others stays, although by itself it may leave as much as something else would.
+    One that takes most beside all of them stays, although by itself it may leave as much as something else would.
     """
     looked = False
     while (effects := chain.of_part(heat, Step)) and (reason := _stands_in(chain, effects[-1])):
@@ -128,21 +128,25 @@ def _take_back_parts(chain: Chain, heat: bool) -> None:
 
 
 def _bearing(chain: Chain, effects: Sequence[Step]) -> frozenset[str]:
-    """Those of several effects of the heat without each of which nearly all of its error would come back.
+    """Those of several effects of the heat without each of which most of its error would come back.
 
-    Of the deformation it is not known whether what stands in for something else does that as well. Nor is it where
-    something differs from run to run: with values of their own, most is easily taken by what resembles the true effect.
+    So the last of them, which may only resemble what is missing, makes room for those before it even where it is taken
+    back itself. Of the deformation it is not known whether what stands in for something else does that as well. Nothing
+    differs from run to run here: with values of their own, most is easily taken by what resembles the true effect.
     """
-    if chain.present.model.varies:
-        return frozenset()
     heat = [step for step in effects if step.trial.stage.part == "heat"]
-    return frozenset(step.added for step in heat if len(heat) > 1 and _bears_the_others(chain, step))
+    if len(heat) < 2 or chain.given.varies:
+        return frozenset()
+    alike = chain.present
+    if alike.model.varies:
+        alike = chain.refitted_part(alike.model.varying({}), "heat")
+    return frozenset(step.added for step in heat if _takes_most_beside_the_others(chain, alike, step))
 
 
-def _bears_the_others(chain: Chain, step: Step) -> bool:
-    """Beside all that was accepted, does the effect take nearly all of the error, of the runs and of data left out?"""
-    with_it = chain.present.stage("heat")
-    without = chain.refitted_part(chain.present.model.without(step.trial.effect.reference), "heat").stage("heat")
+def _takes_most_beside_the_others(chain: Chain, alike: StagedFit, step: Step) -> bool:
+    """Beside all effects that were accepted, does it take most of the error, of the runs and of data left out?"""
+    with_it = alike.stage("heat")
+    without = chain.refitted_part(alike.model.without(step.trial.effect.reference), "heat").stage("heat")
     if with_it is None or without is None:
         return False
     held_out = [
@@ -150,10 +154,9 @@ def _bears_the_others(chain: Chain, step: Step) -> bool:
         chain.left_out.on_test_runs(without, without.fit.problem.model, with_it.fit.problem.model),
     ]
     pairs = [(h.errors.judged_before, h.errors.judged_after) for h in held_out if h is not None]
-    least = chain.options.nearly_all
-    return reduction_of(without.fit.mean_squares, with_it.fit.mean_squares) >= least and all(
-        reduction(before, after, without.channels) >= least for before, after in pairs
-    )
+    errors = [(before.mean_square(TEMPERATURE), after.mean_square(TEMPERATURE)) for before, after in pairs]
+    errors.append((without.fit.mean_squares[TEMPERATURE], with_it.fit.mean_squares[TEMPERATURE]))
+    return all(share_of(before, after) >= _share_needed(after, False, chain.options) for before, after in errors)
 
 
 def _take_out_differences_that_explain_too_little(chain: Chain, heat: bool) -> bool:
