@@ -378,6 +378,15 @@ def test_what_bears_another_only_while_a_parameter_differs_from_run_to_run_is_no
     assert result["before"]["temperature"] > 2.0
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(900)  # two minutes on a machine to itself
+def test_the_deformation_is_judged_behind_the_heat_that_drives_it_in_the_end() -> None:
+    result = judge(Case("independent", (), "clear", 1))
+    # The measured temperature drove it when the kinetics were tried; with them, the temperature of the model does.
+    assert "phase_kinetics" in result["added"]
+    assert result["before"]["displacement"] > 2.0 * result["after"]["displacement"]
+
+
 def _late(run: Run) -> Run:
     """Shown by a camera with a dead time of two of its samples."""
     time_s, shown = run.series[TEMPERATURE].time_s, run.series[TEMPERATURE].value
