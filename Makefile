@@ -49,7 +49,7 @@ discovery: setup  ## what no library holds, on strips that hide it (hours; DISCO
 days: setup  ## campaigns of ten runs that differ from day to day (an hour; DAYS="--seeds 1 --minutes 10")
 	@$(RUN) python validation/days.py --out docs/results/days.md $(DAYS)
 
-heater: setup  ## the diagnosis on every split of a measured heater's runs (2 minutes; HEATER="--source FOLDER")
+heater: setup  ## the diagnosis on every split of a measured heater's runs (3 minutes; HEATER="--source FOLDER")
 	@$(RUN) python validation/heater_splits.py --out docs/results/heater-splits.md $(HEATER)
 
 comparison: setup  ## the deformation models beside each other, on seen and unseen runs

@@ -107,8 +107,11 @@ def test_the_model_with_both_describes_every_run(folder: Path, printed: list[str
 )
 def test_no_other_effect_is_named_on_any_split(folder: Path, train: tuple[str, ...]) -> None:
     runs = {name: read_run(folder / "heater" / f"{name}.csv") for name in heater.RUNS}
-    found = diagnosed([runs[name] for name in train], [run for name, run in runs.items() if name not in train])
+    held_out = [run for name, run in runs.items() if name not in train]
+    found = diagnosed([runs[name] for name in train], held_out)
     assert {step.added for step in found.steps} <= {MISSING}
+    found = diagnosed([runs[name] for name in train], held_out, without=MISSING)
+    assert found.steps == () and found.verdict in ("unexplained", "cannot_tell")
 
 
 def test_the_page_tells_what_make_heater_tries() -> None:
