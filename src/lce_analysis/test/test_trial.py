@@ -30,7 +30,7 @@ from lce_analysis.diagnosis.trial import (
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.diagnosis.words import _gets_worse, _less_as_given
 from lce_analysis.identification.problem import ObservedSeries, Problem
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import Sampling
 from lce_data.channels import DISPLACEMENT, SENSORS, TEMPERATURE, Channel
 from lce_data.progress import silent
@@ -418,7 +418,27 @@ def test_the_last_effect_takes_most_of_a_sensor_that_it_acts_on(
         )
         return Pair(before, now, before, now)
 
-    assert _explains(last, OPTIONS, pair((1.1, 0.97), (8.0, after)), pair((1.2, 0.99), runs)) is explained
+    assert _explains(last, "model", OPTIONS, pair((1.1, 0.97), (8.0, after)), pair((1.2, 0.99), runs)) is explained
+
+
+@pytest.mark.parametrize(
+    ("tried", "in_the_end", "after", "explained"),
+    [
+        ("measured", "measured", 3.0, False),
+        ("measured", "measured", 1.5, True),
+        ("measured", "model", 3.0, True),
+        ("model", "measured", 3.0, True),
+    ],
+)
+def test_the_last_effect_has_to_take_nearly_all_where_the_measured_temperature_drives_it_in_the_end_as_well(
+    tried: Drive, in_the_end: Drive, after: float, explained: bool
+) -> None:
+    """It leaves ``after`` of 11, where 2.0 is nine tenths of what is above the noise, and 3.0 most of it."""
+    trial: Any = SimpleNamespace(stage=SimpleNamespace(channels=SENSORS, drive=tried), effect=find("creep"))
+    unused: Any = None
+    before, now = _misfit({DISPLACEMENT: 11.0}), _misfit({DISPLACEMENT: after})
+    last = Step(unused, unused, unused, unused, trial, ("creep",))
+    assert _explains(last, in_the_end, OPTIONS, Pair(before, now, before, now)) is explained
 
 
 @pytest.mark.parametrize(
@@ -435,7 +455,7 @@ def test_beside_what_differs_in_its_part_most_is_enough_only_of_what_is_explaine
     model = SimpleNamespace(varies={"lumped.gain": unused}, without=lambda _: unused)
     chain: Any = SimpleNamespace(
         options=OPTIONS,
-        present=SimpleNamespace(model=model),
+        present=SimpleNamespace(model=model, drive="model"),
         of_part=lambda heat, _: [unused] * differing,
         refitted_part=lambda *_: SimpleNamespace(model=unused),
         left_out=SimpleNamespace(on_test_runs=lambda *_: None),

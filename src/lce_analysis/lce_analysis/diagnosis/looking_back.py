@@ -17,7 +17,7 @@ from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, rises, untouched_by
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
-from lce_analysis.options import DiagnoseOptions
+from lce_analysis.options import DiagnoseOptions, Drive
 from lce_data.channels import TEMPERATURE
 from lce_model import Model
 
@@ -174,7 +174,7 @@ def _differences_explain(chain: Chain, heat: bool) -> bool:
     steps = chain.of_part(heat, VariationStep)
     kept = {key: v for key, v in chain.present.model.varies.items() if key not in {s.key for s in steps}}
     without = chain.refitted_part(chain.present.model.varying(kept), steps[-1].trial.stage.part)
-    return _explains(chain, steps[-1], chain.options, chain.of_the_runs(without.model))
+    return _explains(steps[-1], chain.present.drive, chain.options, chain.of_the_runs(without.model))
 
 
 def _stands_in(chain: Chain, last: Step) -> Objection:
@@ -196,7 +196,9 @@ def _explained(chain: Chain, last: Step) -> bool:
     """
     options, stage = chain.options, last.trial.stage
     if not chain.present.model.varies:
-        return _explains(chain, last, options, last.held_out.errors, chain.of_the_runs(last.without.model))
+        return _explains(
+            last, chain.present.drive, options, last.held_out.errors, chain.of_the_runs(last.without.model)
+        )
     if chain.of_part(stage.part == "heat", VariationStep):
         options = replace(options, near=options.explained)
     without = chain.refitted_part(chain.present.model.without(last.trial.effect.reference), stage.part)
@@ -205,7 +207,7 @@ def _explained(chain: Chain, last: Step) -> bool:
         errors = tested.errors
         if reduction(errors.judged_before, errors.judged_after, stage.channels) < options.most:
             return False
-    return _explains(chain, last, options, chain.of_the_runs(without.model))
+    return _explains(last, chain.present.drive, options, chain.of_the_runs(without.model))
 
 
 def _leaves_its_shape(chain: Chain, last: Step) -> bool:
@@ -261,17 +263,18 @@ def _without_difference(model: Model, key: str) -> Model:
     return model.varying({k: v for k, v in model.varies.items() if k != key})
 
 
-def _explains(chain: Chain, last: Accepted, options: DiagnoseOptions, *judged: Pair) -> bool:
+def _explains(last: Accepted, drive: Drive, options: DiagnoseOptions, *judged: Pair) -> bool:
     """Does the last change of a part of the model take most of what was left of the error of a sensor?
 
     If not, it stands in for something else, that the library or the base model lacks. The more it leaves, the larger a
-    share it has to take. A sensor that was at its noise
-    before does not count, nor the temperature if the effect does nothing to it. Where the heat is not explained, and
-    the measured temperature drives the deformation still, the effect has to bring the displacement near its noise.
+    share it has to take. A sensor that was at its noise before does not count, nor the temperature if the effect does
+    nothing to it. Where the heat is not explained, and the measured temperature drives the deformation, when it is
+    tried and in the end, the effect has to bring the displacement near its noise.
 
+    drive : what drives the deformation in the end; another one may have when the change was tried.
     judged : errors before and after; those behind the first have to show it as well, unless they are explained.
     """
-    driven = last.trial.stage.drive == chain.present.drive == "measured"
+    driven = last.trial.stage.drive == drive == "measured"
     untouched = untouched_by(last.trial.effect) if isinstance(last, Step) else None
     channels = (c for c in last.trial.stage.channels if c in judged[0].judged_before.total and c is not untouched)
     for channel in (c for c in channels if judged[0].judged_before.above_noise(c) > options.worth_noise):
