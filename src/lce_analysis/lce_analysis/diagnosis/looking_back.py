@@ -132,7 +132,8 @@ def _bearing(chain: Chain, effects: Sequence[Step]) -> frozenset[str]:
 
     So the last of them, which may only resemble what is missing, makes room for those before it even where it is taken
     back itself. Of the deformation it is not known whether what stands in for something else does that as well. Nothing
-    differs from run to run here: with values of their own, most is easily taken by what resembles the true effect.
+    differs from run to run here: with values of their own, most is easily taken by what resembles the true effect. So
+    none is named of a model that was given with such values.
     """
     heat = [step for step in effects if step.trial.stage.part == "heat"]
     if len(heat) < 2 or chain.given.varies:
