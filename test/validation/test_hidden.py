@@ -387,6 +387,16 @@ def test_the_deformation_is_judged_behind_the_heat_that_drives_it_in_the_end() -
     assert result["before"]["displacement"] > 2.0 * result["after"]["displacement"]
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(300)  # a minute on a machine to itself
+def test_a_strip_that_jumps_is_explained_to_the_noise_with_the_effect_that_it_hides() -> None:
+    result = judge(Case("chapter-5-literal", ("elastic_softening",), "clear", 0))
+    assert result["added"] == ["elastic_softening"]
+    assert result["before"]["displacement"] > 5.0
+    # Refits that let the jump drift left 5.6 × the noise.
+    assert max(result["after"].values()) < 1.2
+
+
 def _late(run: Run) -> Run:
     """Shown by a camera with a dead time of two of its samples."""
     time_s, shown = run.series[TEMPERATURE].time_s, run.series[TEMPERATURE].value

@@ -190,7 +190,7 @@ class DiagnoseOptions:
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.
     min_visibility : an effect is not named below this visibility: a small error in the form of the base model could
         explain the data as well.
-    max_effects : effects that are added at most.
+    max_effects : effects that are added at most to each part of the model, the heat and the deformation.
     iterations : of a refit, at most; beside the dynamic model an effect may take a hundred.
     structured : the residual follows a covariate if a curve over it predicts this share of its variance in a run that
         was left out.

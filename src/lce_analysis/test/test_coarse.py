@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.identification.coarse import STEP_S, coarse
-from lce_analysis.identification.discontinuities import without_discontinuities
+from lce_analysis.identification.discontinuities import squared_error, without_discontinuities
 from lce_analysis.identification.problem import Problem, observed_series
 from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.prediction import COLUMN, SimulationInput, simulation_input
@@ -100,3 +100,27 @@ def test_samples_of_a_motion_that_the_grid_does_not_resolve_are_left_out() -> No
     before, after = (float(np.sum(p.residuals(p.first()) ** 2)) for p in (problem, searched))
     assert before / problem.size > 10.0
     assert after / kept == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / kept))
+
+
+def test_a_jump_at_the_wrong_time_counts_for_as_much_as_it_lasts() -> None:
+    """Samples away from the jumps, measured and modelled, do not show that the strip jumps too early."""
+    strip, time = default_model("lumped", "dynamic").set({"dynamic.spinodal": 1e4}), np.arange(0.0, 45.0, 0.01)
+    modelled = simulate(strip, time, _wave(time)).displacement_m
+    jump = discontinuities(time, modelled, NOISE[DISPLACEMENT])[0]
+    noise = NOISE[DISPLACEMENT] * np.random.default_rng(0).standard_normal(time.size)
+
+    def errors(late_s: float) -> tuple[float, float]:
+        """Mean squared error away from the jumps, and the squared error that counts those around the model's."""
+        before = int(np.searchsorted(time, jump)) - 1
+        waits = (time >= jump) & (time < jump + late_s)
+        measured = np.where(waits, modelled[before], modelled) + noise
+        run = Run.of("wave", Series(time, _wave(time)), displacement=Series(time, measured))
+        whole = simulation_input(run, strip)
+        problem = Problem(strip, [whole], (), np.array([strip["ambient.t_env"]]), observed_series([whole], NOISE))
+        away = without_discontinuities(problem)
+        return float(np.mean(away.residuals(away.first()) ** 2)), squared_error(problem)
+
+    (at_once, least), (late, most) = errors(0.0), errors(0.4)
+    assert late == pytest.approx(at_once, abs=0.02)
+    # Nearer to the measured jump than 0.25 s nothing counts. In the 0.15 s before, 15 samples are 3 times it off.
+    assert most - least == pytest.approx(15 * 3.0**2, rel=0.1)

@@ -238,6 +238,22 @@ def test_an_identification_from_scratch_goes_on_from_other_starts_where_the_firs
         assert seeds == tried
 
 
+def test_each_part_of_the_model_may_have_as_many_effects(strip: Model) -> None:
+    droop, creep = find("laser_droop"), find("creep")
+    hides = strip.add(droop).add(creep).set({droop.strength_key: 0.2, creep.strength_key: 0.3})
+    time = np.arange(0.0, 90.0, 0.01)
+    runs = []
+    for i in range(2):
+        power = np.where((time > 1.0) & (time < 40.0 + 10.0 * i), 1.3 - 0.2 * i, 0.0)
+        made, rng = simulate(hides, time, power), np.random.default_rng(i)
+        camera = Series(time[::10], made.temperature_k[::10] + 0.05 * rng.standard_normal(time[::10].size))
+        distance = Series(time, made.displacement_m + 4e-6 * rng.standard_normal(time.size))
+        runs.append(Run.of(f"pulse-{i}", Series(time, power), camera, distance, sha256=f"{i}"))
+    search = Search(strip, runs, (), (droop, creep), DiagnoseOptions(max_effects=1), silent)
+    search.run()
+    assert [step.added for step in search.steps] == ["laser_droop", "creep"]
+
+
 def test_only_the_best_trial_of_a_step_is_identified_from_scratch(
     strip: Model, recorded: Callable[..., Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:

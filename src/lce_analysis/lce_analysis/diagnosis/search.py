@@ -80,7 +80,7 @@ class Search(Chain):
     ) -> None:
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         effects_left = True
-        while len(self.steps) < self.options.max_effects:
+        while len(self.of_part(heat, Step)) < self.options.max_effects:
             trials, anew = self._far_reaching(heat) if effects_left else ([], False)
             effects_left = bool(trials)
             if given_up(self._best_of(trials)):

@@ -16,10 +16,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, linearised, refit
 from lce_analysis.diagnosis.misfit import JudgedRuns
 from lce_analysis.identification.coarse import coarse
-from lce_analysis.identification.discontinuities import without_discontinuities
+from lce_analysis.identification.discontinuities import squared_error, without_discontinuities
 from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
 from lce_analysis.identification.stages import acts_back, acts_on_temperature, thermal_stage
 from lce_analysis.options import DiagnoseOptions, Drive
@@ -259,8 +259,16 @@ def _deformation(
 def _refit_between_jumps(
     problem: Problem, data: Data, label: str, options: DiagnoseOptions, progress: Progress
 ) -> LinearizedFit:
-    """Least squares of the samples away from the jumps of the model as it begins, where its grid resolves it."""
-    return refit(without_discontinuities(problem, data.recorded), label, progress, options.iterations)
+    """Least squares of the samples away from the jumps of the model as it begins, where its grid resolves it.
+
+    The samples left out do not hold the jumps where they are. So the model stays as it is where the refit only gets
+    its jumps to worse times, for hardly any gain away from them.
+    """
+    begins = without_discontinuities(problem, data.recorded)
+    fit = refit(begins, label, progress, options.iterations)
+    ends = replace(problem, model=fit.problem.model, starts_k=fit.problem.starts_k)
+    moved_in_vain = squared_error(ends, data.recorded) > squared_error(problem, data.recorded)
+    return linearised(begins) if moved_in_vain else fit
 
 
 def _free(whole: Model, model: Model, heat: bool | None = None) -> tuple[int, ...]:

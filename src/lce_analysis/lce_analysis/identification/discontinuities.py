@@ -13,6 +13,8 @@ from lce_analysis.prediction import COLUMN, MECHANICAL, Sampling, SimulationInpu
 
 UNRESOLVED: Final = 0.5
 """A sample that a coarser grid gets wrong by more than this share of its sensor's noise does not count on it."""
+EITHER_SIDE: Final = 3.0
+"""Around a jump an error counts as at most so many times the noise: which side a sample is on says no more."""
 
 
 def without_discontinuities(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> Problem:
@@ -41,3 +43,16 @@ def without_discontinuities(problem: Problem, recorded: Sequence[SimulationInput
                 series = replace(series, keep=keep if series.keep is None else keep * series.keep)
         observed.append(series)
     return replace(problem, observed=tuple(observed))
+
+
+def squared_error(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> float:
+    """Squared error in units of the noise, each sample around a jump of the model with a bounded one.
+
+    So a sample on the wrong side of a jump counts for little, and a jump at the wrong time for as much as it lasts.
+
+    recorded : as of :func:`without_discontinuities`.
+    """
+    squared = problem.residuals(problem.first()) ** 2
+    away = without_discontinuities(problem, recorded).observed
+    counted = np.concatenate([np.ones(s.size) if s.keep is None else s.keep[s.whitening.size - 1 :] for s in away])
+    return float(np.sum(np.where(counted > 0.0, squared, np.minimum(squared, EITHER_SIDE**2))))
