@@ -176,7 +176,11 @@ def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -
     assert [step.added for step in search.steps] == ["camera_lag"]
 
 
-def test_a_refit_on_every_sample_whose_strip_jumps_elsewhere_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("farther", [True, False])
+def test_a_refit_on_every_sample_that_ends_far_from_the_finer_grid_goes_on_and_then_begins_again(
+    farther: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes on with more steps; if it is left with as much all the same, the strip jumps elsewhere."""
     strip = default_model("lumped", "equilibrium")
     time = np.arange(0.0, 60.0, 0.05)
     power = np.repeat([1.6, 0.6, 1.4], 400)
@@ -189,15 +193,19 @@ def test_a_refit_on_every_sample_whose_strip_jumps_elsewhere_begins_again(monkey
     fit = found.deformation.fit
     spoiled = replace(found, deformation=replace(found.deformation, fit=replace(fit, residual=3.0 * fit.residual)))
     begun: list[Model] = []
+    spoils = (2,) if farther else (2, 3)
 
     def refitted(model: Model, data: Data, iterations: int) -> StagedFit:
         begun.append(model)
-        return spoiled if len(begun) == 2 else found
+        return spoiled if len(begun) in spoils else found
 
     monkeypatch.setattr(search, "_refitted", refitted)
     assert search._on_every_sample(found.model) is found
+    if farther:
+        assert begun == [found.model] * 3
+        return
     *same, again = begun
-    assert same == [found.model, found.model] and not np.array_equal(found.model.vector, again.vector)
+    assert same == [found.model] * 3 and not np.array_equal(found.model.vector, again.vector)
     assert search._error(again, "model") < 1.1 * search._error(found.model, "model")
 
 

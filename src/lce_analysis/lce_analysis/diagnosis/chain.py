@@ -33,6 +33,8 @@ from lce_model.effects import Effect
 Kind = TypeVar("Kind", bound=Change)
 FINE: Final = 15
 """Iterations of a refit on every sample, at most: it begins at the optimum of the finer grid, close to its own."""
+FAR, FARTHER = 1.2, 60
+"""One that leaves so many times the error of the finer grid was not close: it has so many iterations more."""
 OTHER_STARTS: Final = (1, 2)
 """Seeds of identifications from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
@@ -140,12 +142,17 @@ class Chain:
     def _on_every_sample(self, model: Model) -> StagedFit:
         """What a search found, refitted on a finer grid and then on every sample.
 
-        On every sample no refit moves a jump, and the strip may jump there where it just did not before, or the other
+        The finer grid leaves out what it does not resolve, so the optimum of every sample may lie farther away. And on
+        every sample no refit moves a jump, and the strip may jump there where it just did not before, or the other
         way round. Then it begins again at the best of the models that the finer grid leaves possible.
         """
         found = self._refitted(model, self.finer, self.options.iterations)
         fine = self._refitted(found.model, self.data, FINE)
-        if found.deformation is None or fine.error <= JUMPED * found.error:
+        if found.deformation is None:
+            return fine
+        if fine.error > FAR * found.error:
+            fine = self._refitted(fine.model, self.data, FARTHER)
+        if fine.error <= JUMPED * found.error:
             return fine
         problem = found.deformation.fit.problem
         drawn = [carried(found.model, problem.at(x).model) for x in draw_variables(problem, DRAWS, seed=0)]
