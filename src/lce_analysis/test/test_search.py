@@ -176,9 +176,9 @@ def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -
     assert [step.added for step in search.steps] == ["camera_lag"]
 
 
-@pytest.mark.parametrize("farther", [True, False])
+@pytest.mark.parametrize("mended", [True, False])
 def test_a_refit_on_every_sample_that_ends_far_from_the_finer_grid_goes_on_and_then_begins_again(
-    farther: bool, monkeypatch: pytest.MonkeyPatch
+    mended: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It goes on with more steps; if it is left with as much all the same, the strip jumps elsewhere."""
     strip = default_model("lumped", "equilibrium")
@@ -193,15 +193,18 @@ def test_a_refit_on_every_sample_that_ends_far_from_the_finer_grid_goes_on_and_t
     fit = found.deformation.fit
     spoiled = replace(found, deformation=replace(found.deformation, fit=replace(fit, residual=3.0 * fit.residual)))
     begun: list[Model] = []
-    spoils = (2,) if farther else (2, 3)
+    steps: list[int] = []
+    spoils = (2,) if mended else (2, 3)
 
     def refitted(model: Model, data: Data, iterations: int) -> StagedFit:
         begun.append(model)
+        steps.append(iterations)
         return spoiled if len(begun) in spoils else found
 
     monkeypatch.setattr(search, "_refitted", refitted)
     assert search._on_every_sample(found.model) is found
-    if farther:
+    assert steps[2] > steps[1]
+    if mended:
         assert begun == [found.model] * 3
         return
     *same, again = begun

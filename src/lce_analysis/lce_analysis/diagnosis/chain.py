@@ -33,8 +33,8 @@ from lce_model.effects import Effect
 Kind = TypeVar("Kind", bound=Change)
 FINE: Final = 15
 """Iterations of a refit on every sample, at most: it begins at the optimum of the finer grid, close to its own."""
-FAR, FARTHER = 1.2, 60
-"""One that leaves so many times the error of the finer grid was not close: it has so many iterations more."""
+CLOSE, FURTHER = 1.2, 60
+"""One that leaves more than so many times the error of the finer grid was not close: it has so many iterations more."""
 OTHER_STARTS: Final = (1, 2)
 """Seeds of identifications from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
@@ -150,8 +150,8 @@ class Chain:
         fine = self._refitted(found.model, self.data, FINE)
         if found.deformation is None:
             return fine
-        if fine.error > FAR * found.error:
-            fine = self._refitted(fine.model, self.data, FARTHER)
+        if fine.error > CLOSE * found.error:
+            fine = self._refitted(fine.model, self.data, FURTHER)
         if fine.error <= JUMPED * found.error:
             return fine
         problem = found.deformation.fit.problem
