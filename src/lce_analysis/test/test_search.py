@@ -176,11 +176,7 @@ def test_an_effect_that_takes_nearly_all_is_named_beside_a_model_of_each_run() -
     assert [step.added for step in search.steps] == ["camera_lag"]
 
 
-@pytest.mark.parametrize("mended", [True, False])
-def test_a_refit_on_every_sample_that_ends_far_from_the_finer_grid_goes_on_and_then_begins_again(
-    mended: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It goes on with more steps; if it is left with as much all the same, the strip jumps elsewhere."""
+def test_a_refit_on_every_sample_that_ends_far_from_the_finer_grid_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     strip = default_model("lumped", "equilibrium")
     time = np.arange(0.0, 60.0, 0.05)
     power = np.repeat([1.6, 0.6, 1.4], 400)
@@ -194,22 +190,16 @@ def test_a_refit_on_every_sample_that_ends_far_from_the_finer_grid_goes_on_and_t
     spoiled = replace(found, deformation=replace(found.deformation, fit=replace(fit, residual=3.0 * fit.residual)))
     begun: list[Model] = []
     steps: list[int] = []
-    spoils = (2,) if mended else (2, 3)
 
     def refitted(model: Model, data: Data, iterations: int) -> StagedFit:
         begun.append(model)
         steps.append(iterations)
-        return spoiled if len(begun) in spoils else found
+        return spoiled if len(begun) == 2 else found
 
     monkeypatch.setattr(search, "_refitted", refitted)
     assert search._on_every_sample(found.model) is found
     assert steps[2] > steps[1]
-    if mended:
-        assert begun == [found.model] * 3
-        return
-    *same, again = begun
-    assert same == [found.model] * 3 and not np.array_equal(found.model.vector, again.vector)
-    assert search._error(again, "model") < 1.1 * search._error(found.model, "model")
+    assert begun == [found.model] * 3
 
 
 def test_an_identification_from_scratch_goes_on_from_other_starts_where_the_first_end_worse(

@@ -9,8 +9,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Final, TypeVar
 
-import numpy as np
-
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.held_out import DataLeftOut, HeldOut
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit, Pair
@@ -19,7 +17,6 @@ from lce_analysis.diagnosis.trial import Objection, Trial
 from lce_analysis.diagnosis.trials import Trials
 from lce_analysis.identification.coarse import FINER_S, STEP_S
 from lce_analysis.identification.identify import check_runs, rough_fit
-from lce_analysis.identification.parameter_draws import draw_variables
 from lce_analysis.identification.random_effects import with_run_errors
 from lce_analysis.options import DiagnoseOptions, Drive, FitOptions
 from lce_analysis.prediction import MECHANICAL, simulation_input, with_ambient_at_rest
@@ -39,8 +36,6 @@ OTHER_STARTS: Final = (1, 2)
 """Seeds of identifications from scratch: from the starts of `lce fit`, which has 0, it would end where that did."""
 BETTER: Final = 0.02
 """Share of the squared error by which another minimum must be better."""
-JUMPED, DRAWS = 1.5, 32
-"""A refit on every sample that leaves so many times the error of the finer grid begins again at the best draw."""
 
 
 class Chain:
@@ -142,31 +137,13 @@ class Chain:
     def _on_every_sample(self, model: Model) -> StagedFit:
         """What a search found, refitted on a finer grid and then on every sample.
 
-        The finer grid leaves out what it does not resolve, so the optimum of every sample may lie farther away. And on
-        every sample no refit moves a jump, and the strip may jump there where it just did not before, or the other
-        way round. Then it begins again at the best of the models that the finer grid leaves possible.
+        The finer grid leaves out what it does not resolve, so the optimum of every sample may lie farther away.
         """
         found = self._refitted(model, self.finer, self.options.iterations)
         fine = self._refitted(found.model, self.data, FINE)
-        if found.deformation is None:
-            return fine
         if fine.error > CLOSE * found.error:
             fine = self._refitted(fine.model, self.data, FURTHER)
-        if fine.error <= JUMPED * found.error:
-            return fine
-        problem = found.deformation.fit.problem
-        drawn = [carried(found.model, problem.at(x).model) for x in draw_variables(problem, DRAWS, seed=0)]
-        errors = []
-        for k, one in enumerate(drawn):
-            self.progress("models around it", k, DRAWS, float("nan"))
-            errors.append(self._error(one, found.drive))
-        again = self._refitted(drawn[int(np.argmin(errors))], self.data, FINE)
-        return min(fine, again, key=lambda fit: fit.error)
-
-    def _error(self, model: Model, drive: Drive) -> float:
-        """Sum of the mean squared errors of all sensors, on every sample."""
-        misfit = self.misfit(model, drive)
-        return sum(misfit.mean_square(channel) for channel in misfit.total)
+        return fine
 
     def identified_anew(self, present: StagedFit) -> StagedFit | None:
         """The deformation identified from scratch behind the present heat; None if that explains no more.

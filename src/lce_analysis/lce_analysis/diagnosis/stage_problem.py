@@ -19,7 +19,12 @@ from numpy.typing import NDArray
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, linearised, refit
 from lce_analysis.diagnosis.misfit import JudgedRuns
 from lce_analysis.identification.coarse import coarse
-from lce_analysis.identification.discontinuities import squared_error, without_discontinuities
+from lce_analysis.identification.discontinuities import (
+    JUMPS_AT,
+    jumping_with_the_strip,
+    squared_error,
+    without_discontinuities,
+)
 from lce_analysis.identification.problem import ObservedSeries, Problem, start_conditions
 from lce_analysis.identification.stages import acts_back, acts_on_temperature, thermal_stage
 from lce_analysis.options import DiagnoseOptions, Drive
@@ -262,13 +267,33 @@ def _refit_between_jumps(
     """Least squares of the samples away from the jumps of the model as it begins, where its grid resolves it.
 
     The samples left out do not hold the jumps where they are. So the model stays as it is where the refit only gets
-    its jumps to worse times, for hardly any gain away from them.
+    its jumps to worse times, for hardly any gain away from them. Where they are apart from those of the strip, it is
+    refitted with T* read off these, if that is no worse.
     """
-    begins = without_discontinuities(problem, data.recorded)
+    fit, error = _refit_once(problem, data, label, options, progress)
+    there = jumping_with_the_strip(_at(problem, fit), data.recorded)
+    if there is None:
+        return fit
+    held = replace(there, free=tuple(i for i in there.free if there.model.values[i].key != JUMPS_AT))
+    again, reached = _refit_once(held, data, label, options, progress)
+    if reached > error:
+        return fit
+    return linearised(without_discontinuities(_at(problem, again), data.recorded))
+
+
+def _at(problem: Problem, fit: LinearizedFit) -> Problem:
+    """The problem where a fit ended."""
+    return replace(problem, model=fit.problem.model, starts_k=fit.problem.starts_k)
+
+
+def _refit_once(
+    problem: Problem, data: Data, label: str, options: DiagnoseOptions, progress: Progress
+) -> tuple[LinearizedFit, float]:
+    """A refit away from the jumps, and its error with the samples around them; none where that error would rise."""
+    begins, error = without_discontinuities(problem, data.recorded), squared_error(problem, data.recorded)
     fit = refit(begins, label, progress, options.iterations)
-    ends = replace(problem, model=fit.problem.model, starts_k=fit.problem.starts_k)
-    moved_in_vain = squared_error(ends, data.recorded) > squared_error(problem, data.recorded)
-    return linearised(begins) if moved_in_vain else fit
+    reached = squared_error(_at(problem, fit), data.recorded)
+    return (linearised(begins), error) if reached > error else (fit, reached)
 
 
 def _free(whole: Model, model: Model, heat: bool | None = None) -> tuple[int, ...]:

@@ -7,14 +7,18 @@ from typing import Final
 
 import numpy as np
 
-from lce_analysis.identification.problem import Problem
-from lce_analysis.jumps import away_from, discontinuities
-from lce_analysis.prediction import COLUMN, MECHANICAL, Sampling, SimulationInput
+from lce_analysis.identification.problem import ObservedSeries, Problem
+from lce_analysis.jumps import LEFT_OUT_S, away_from, discontinuities
+from lce_analysis.prediction import COLUMN, MECHANICAL, STATE, Sampling, SimulationInput
 
 UNRESOLVED: Final = 0.5
 """A sample that a coarser grid gets wrong by more than this share of its sensor's noise does not count on it."""
 EITHER_SIDE: Final = 3.0
 """Around a jump an error counts as at most so many times the noise: which side a sample is on says no more."""
+JUMPS_AT: Final = "dynamic.t_star"
+"""The temperature at which a model jumps on cooling, whatever else it has (§5.1)."""
+SAME_JUMP_S: Final = 5.0
+"""Jumps of the strip and of the model that are farther apart than this [s] are not the same one."""
 
 
 def without_discontinuities(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> Problem:
@@ -46,13 +50,53 @@ def without_discontinuities(problem: Problem, recorded: Sequence[SimulationInput
 
 
 def squared_error(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> float:
-    """Squared error in units of the noise, each sample around a jump of the model with a bounded one.
+    """Squared error in units of the noise, each sample around a jump of the strip or of the model with a bounded one.
 
     So a sample on the wrong side of a jump counts for little, and a jump at the wrong time for as much as it lasts.
 
     recorded : as of :func:`without_discontinuities`.
     """
-    squared = problem.residuals(problem.first()) ** 2
+    every = replace(problem, observed=tuple(replace(series, keep=None) for series in problem.observed))
+    squared = every.residuals(every.first()) ** 2
     away = without_discontinuities(problem, recorded).observed
     counted = np.concatenate([np.ones(s.size) if s.keep is None else s.keep[s.whitening.size - 1 :] for s in away])
     return float(np.sum(np.where(counted > 0.0, squared, np.minimum(squared, EITHER_SIDE**2))))
+
+
+def jumping_with_the_strip(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> Problem | None:
+    """The problem with T* where the strip jumps on cooling; None if the model jumps at the same times.
+
+    A refit does not find it: between a jump of the strip and one of the model, too far apart to be left out together,
+    all is wrong, and no small change of T* makes it better.
+
+    recorded : as of :func:`without_discontinuities`.
+    """
+    if JUMPS_AT not in problem.model or problem.model.index(JUMPS_AT) not in problem.free:
+        return None
+    fine = replace(problem, inputs=recorded) if recorded else problem
+    apart_k = [x for series in problem.observed if series.channel in MECHANICAL for x in _apart_k(fine, series)]
+    if not apart_k:
+        return None
+    spec = problem.model.values[problem.model.index(JUMPS_AT)]
+    there = float(np.clip(spec.value + np.median(apart_k), spec.lower, spec.upper))
+    return replace(problem, model=problem.model.set({JUMPS_AT: there}))
+
+
+def _apart_k(problem: Problem, series: ObservedSeries) -> list[float]:
+    """By how much [K] the modelled temperature at jumps of a measured series exceeds that at jumps of the model."""
+    measured, noise = problem.inputs[series.run].run.series[series.channel], 1.0 / series.weight
+    strip = discontinuities(measured.time_s, measured.value, noise)
+    if not strip.size:
+        return []
+    time, out = problem.inputs[series.run].time_s, problem.simulated(series.run)
+    temperature = out[:, STATE["temperature"]]
+    slope = np.gradient(temperature, time)
+    modelled = discontinuities(time, out[:, COLUMN[series.channel]], noise)
+    modelled = modelled[np.interp(modelled, time, slope) < 0.0]
+    apart_k = []
+    for jump in strip[np.interp(strip, time, slope) < 0.0] if modelled.size else ():
+        nearest = modelled[np.argmin(np.abs(modelled - jump))]
+        if LEFT_OUT_S < abs(nearest - jump) < SAME_JUMP_S:
+            at_strip, at_model = np.interp([jump, nearest], time, temperature)
+            apart_k.append(float(at_strip - at_model))
+    return apart_k
