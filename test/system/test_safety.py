@@ -304,7 +304,6 @@ def test_a_stopped_laser_that_continues_does_not_take_old_commands_for_new(graph
 
 
 def _domain(pid: int) -> int:
-    environment = dict(
-        entry.split("=", 1) for entry in Path(f"/proc/{pid}/environ").read_text().split("\0") if "=" in entry
-    )
-    return int(environment["ROS_DOMAIN_ID"])
+    """The ROS domain of a process; while it is being started its environment is still empty."""
+    environment = until(lambda: Path(f"/proc/{pid}/environ").read_text(), "the environment of a node")
+    return int(dict(entry.split("=", 1) for entry in environment.split("\0") if "=" in entry)["ROS_DOMAIN_ID"])
