@@ -2,7 +2,7 @@
 # For any x86-64 Linux with Python 3.11 or 3.12 and a C++ compiler. On Ubuntu with apt's ROS 2 Jazzy use colcon (README).
 RUN := tools/env.sh
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint format docs pictures tables hidden hidden-heat discovery days heater comparison control faults interrupts fuzz bench lock clean
+.PHONY: help setup build demo test lint format docs pictures tables hidden hidden-heat peer discovery days heater comparison control faults interrupts fuzz bench lock clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z-]+):[^#]*## /\1\t/p' Makefile | expand -t 13
@@ -42,6 +42,11 @@ hidden: setup  ## the diagnosis on strips that hide an effect (hours; HIDDEN="--
 hidden-heat: setup  ## the same on the heat alone, which takes seconds a case (half an hour; HIDDEN="--seeds 2")
 	@$(RUN) python validation/hidden/suite.py --families equilibrium-heat chapter-5-continuous-heat relays-heat \
 		independent-heat --results docs/results/hidden-heat-results.jsonl --out docs/results/hidden-heat.md $(HIDDEN)
+
+peer: setup  ## petab-select on cases of hidden-heat, which then shows it (installs 150 MB; an hour; PEER="--minutes 20")
+	@$(RUN) pip install --quiet --no-deps -r requirements/peer.txt
+	@$(RUN) python validation/hidden/peer.py --families equilibrium-heat chapter-5-continuous-heat relays-heat \
+		independent-heat --minutes 60 $(PEER)
 
 discovery: setup  ## what no library holds, on strips that hide it (hours; DISCOVERY="--minutes 30")
 	@$(RUN) python validation/hidden/discovery.py --out docs/results/discovery-results.md $(DISCOVERY)

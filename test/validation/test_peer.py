@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
-import peer
 import peer_calibration
 import pytest
+from report import peer_table
 
 from lce_analysis.prediction import predict
 from lce_data.run import Run, Series
@@ -72,23 +72,32 @@ def test_starts_cover_the_grid_with_both_signs() -> None:
 
 
 def test_the_rows_count_what_they_say() -> None:
-    case = {
-        "noise": "iid",
+    ours = {
+        "case": "relays/creep/clear/0",
+        "family": "relays",
+        "library": "whole",
         "hidden": ["creep"],
-        "own": ["radiation"],
-        "misfit": 2.0,
-        "added": ["creep", "backlash"],
-        "finished": True,
-        "seconds": 90.0,
+        "visible": 2.0,
+        "added": ["creep"],
+        "sets": [["creep", "residual_strain"]],
+        "diagnose_s": 8.0,
     }
-    results = [
-        case,
-        case | {"added": ["backlash", "radiation"], "seconds": 100.0, "finished": False},
-        case | {"misfit": 0.1, "added": [], "seconds": 110.0},
-        case | {"hidden": [], "own": [], "misfit": 0.0, "added": [], "seconds": 120.0},
+    nothing = {"case": "relays/nothing/clear/0", "hidden": [], "visible": 0.0, "added": [], "sets": []}
+    masked = {"case": "relays/backlash/weak/0", "hidden": ["backlash"], "visible": 0.1, "added": [], "sets": []}
+    left_out = {"case": "relays/creep/clear/0/without", "library": "without", "added": [], "sets": []}
+    results = [ours, *(ours | other for other in (nothing, masked, left_out))]
+    theirs = {"noise": "iid", "finished": True, "seconds": 90.0, "added": ["creep", "backlash"]}
+    peer = [theirs | {"case": r["case"]} for r in results]
+    peer += [r | {"noise": "autoregressive", "added": [], "seconds": 30.0} for r in peer]
+    peer[1] |= {"finished": False}
+    rows = [line for line in peer_table(results, peer) if line.startswith(("| `lce", "| petab"))]
+    assert [[cell.strip() for cell in row.split("|")[2:-1]] for row in rows] == [
+        ["1 of 1", "1 of 1", "1 of 1", "no case", "0 in 3", "8 s"],
+        ["1 of 1", "0 of 1", "0 of 1", "no case", "4 in 3", "90 s, 1 cut short"],
+        ["0 of 1", "1 of 1", "1 of 1", "no case", "0 in 3", "30 s"],
     ]
-    (row,) = peer.peer_rows(results)
-    assert [cell.strip() for cell in row.split("|")[2:-1]] == [
-        "1 of 2", "0.50 (4 cases)", "1 of 1", "105 s, 1 cut short",
-    ]  # fmt: skip
-    assert peer.peer_rows([]) == []
+
+
+def test_only_cases_that_all_have_judged_are_set_beside_each_other() -> None:
+    assert peer_table([], []) == []
+    assert peer_table([{"case": "relays/creep/clear/0"}], [{"case": "relays/creep/clear/0", "noise": "iid"}]) == []
