@@ -43,7 +43,7 @@ hidden-heat: setup  ## the same on the heat alone, which takes seconds a case (h
 	@$(RUN) python validation/hidden/suite.py --families equilibrium-heat chapter-5-continuous-heat relays-heat \
 		independent-heat --results docs/results/hidden-heat-results.jsonl --out docs/results/hidden-heat.md $(HIDDEN)
 
-peer: setup  ## petab-select on cases of hidden-heat, which then shows it (installs 150 MB; an hour; PEER="--minutes 20")
+peer: setup  ## petab-select on cases of hidden-heat, shown by the next make hidden-heat (150 MB; an hour; PEER="--minutes 20")
 	@$(RUN) pip install --quiet --no-deps -r requirements/peer.txt
 	@$(RUN) python validation/hidden/peer.py --families equilibrium-heat chapter-5-continuous-heat relays-heat \
 		independent-heat --minutes 60 $(PEER)

@@ -208,7 +208,7 @@ def cases_table(results: Sequence[Result]) -> list[str]:
 
 
 def peer_table(results: Sequence[Result], peer: Sequence[Result]) -> list[str]:
-    """The product and petab-select on the same cases; nothing where petab-select was not asked."""
+    """The product and petab-select on the cases that both have judged, with every noise; nothing if there are none."""
     ours = {r["case"]: r for r in results if "failed" not in r}
     theirs = {noise: {r["case"]: r for r in peer if r["noise"] == noise} for noise in PEERS}
     cases = [case for case in ours if all(case in found for found in theirs.values())]
@@ -216,13 +216,14 @@ def peer_table(results: Sequence[Result], peer: Sequence[Result]) -> list[str]:
         return []
     rows = [_peer_row("`lce diagnose`", [ours[c] | {"seconds": ours[c]["diagnose_s"]} for c in cases])]
     for noise, words in PEERS.items():
-        found = [ours[c] | theirs[noise][c] | {"sets": [[n] for n in theirs[noise][c]["added"]]} for c in cases]
-        rows.append(_peer_row(f"petab-select, forward BIC, {words}", found))
+        rows.append(_peer_row(f"petab-select, forward BIC, {words}", [ours[c] | theirs[noise][c] for c in cases]))
     return [
         "## Peer: petab-select, forward by BIC",
         "",
         f"Made by `validation/hidden/peer.py` on {len(cases)} of the cases; what `lce diagnose` says of the same ones "
-        "beside it. Both begin at the model that `lce fit` gives; the time is what it took from there.",
+        "beside it. Both begin at the model that `lce fit` gives, and times count from there: of `lce diagnose` on one "
+        "core, of petab-select on as many as are free. Only the names that were added count here, of `lce diagnose` "
+        "too, not the effects that look like them.",
         "",
         "| | visible effect: named first | nothing hidden: nothing added "
         "| outside the library or left out: no wrong name | two effects: both found | false additions | median time |",
@@ -232,7 +233,8 @@ def peer_table(results: Sequence[Result], peer: Sequence[Result]) -> list[str]:
     ]
 
 
-def _peer_row(name: str, members: Sequence[Result]) -> str:
+def _peer_row(name: str, results: Sequence[Result]) -> str:
+    members = [r | {"sets": [[added] for added in r["added"]]} for r in results]
     one, nothing = of_kind(members, "one"), of_kind(members, "nothing")
     shares = (
         [named_first(r) for r in one if r["visible"] >= VISIBLE],
@@ -243,7 +245,9 @@ def _peer_row(name: str, members: Sequence[Result]) -> str:
     cells = [f"{sum(passed)} of {len(passed)}" if passed else "no case" for passed in shares]
     counted = of_kind(members, "nothing", "one", "two")
     cut_short = sum(not r.get("finished", True) for r in members)
-    seconds = f"{np.median([r['seconds'] for r in members]):.0f} s" + f", {cut_short} cut short" * bool(cut_short)
+    seconds = f"{np.median([r['seconds'] for r in members]):.0f} s"
+    if cut_short:
+        seconds += f", {cut_short} cut short"
     false = sum(map(false_additions, counted))
     return f"| {name} | {' | '.join(cells)} | {false} in {len(counted)} | {seconds} |"
 

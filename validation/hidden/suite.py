@@ -153,7 +153,7 @@ def options(
     parser.add_argument("--scheduler", default=os.environ.get("DASK_SCHEDULER_ADDRESS"), help="of a Dask cluster")
     parser.add_argument("--results", type=Path, default=results)
     parser.add_argument(
-        "--peer", type=Path, default=PEER_RESULTS, help="results of validation/hidden/peer.py, for its row"
+        "--peer", type=Path, default=PEER_RESULTS, help="results of validation/hidden/peer.py, for its table"
     )
     parser.add_argument("--fresh", action="store_true", help="forget the results there are")
     parser.add_argument("--out", type=Path, help="write the report, as docs/results/hidden.md")

@@ -18,7 +18,7 @@ from lce_analysis.jumps import discontinuities
 from lce_analysis.prediction import simulation_input
 from lce_data.channels import DISPLACEMENT
 from lce_data.run import Run, Series
-from lce_model import default_model, simulate
+from lce_model import Variation, default_model, simulate
 
 Floats = NDArray[np.float64]
 NOISE = {DISPLACEMENT: 4e-6}
@@ -81,8 +81,11 @@ def test_where_model_and_strip_jump_together_t_star_is_left_to_the_fit() -> None
     assert jumping_with_the_strip(_jumping(0.0)) is None
 
 
-def test_a_t_star_that_is_fixed_is_not_read_off_the_jumps() -> None:
-    assert jumping_with_the_strip(replace(_jumping(0.4), free=())) is None
+def test_a_t_star_that_is_fixed_or_differs_from_run_to_run_is_not_read_off_the_jumps() -> None:
+    problem = _jumping(0.4)
+    assert jumping_with_the_strip(replace(problem, free=())) is None
+    varying = problem.model.varying({"dynamic.t_star": Variation()})
+    assert jumping_with_the_strip(replace(problem, model=varying)) is None
 
 
 def _jumping(off_k: float) -> Problem:

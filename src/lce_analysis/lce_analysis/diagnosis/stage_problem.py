@@ -264,17 +264,18 @@ def _deformation(
 def _refit_between_jumps(
     problem: Problem, data: Data, label: str, options: DiagnoseOptions, progress: Progress
 ) -> LinearizedFit:
-    """Least squares of the samples away from the jumps of the model as it begins, where its grid resolves it.
+    """Least squares of the samples away from the jumps of the model, where its grid resolves it.
 
-    The samples left out do not hold the jumps where they are. So the model stays as it is where the refit only gets
-    its jumps to worse times, for hardly any gain away from them. Where they are apart from those of the strip, it is
-    refitted with T* read off these, if that is no worse.
+    Left out are the samples around the jumps that the model has before the refit. They do not hold these jumps where
+    they are. So a refit that only gets its jumps to worse times, for hardly any gain away from them, does not count.
+    If the model then jumps a little earlier or later than the strip, T* is read off the jumps of the strip, and
+    everything else refitted. That model counts unless its error is larger.
     """
     fit, error = _refit_once(problem, data, label, options, progress)
-    there = jumping_with_the_strip(_at(problem, fit), data.recorded)
-    if there is None:
+    moved = jumping_with_the_strip(_at(problem, fit), data.recorded)
+    if moved is None:
         return fit
-    held = replace(there, free=tuple(i for i in there.free if there.model.values[i].key != JUMPS_AT))
+    held = replace(moved, free=tuple(i for i in moved.free if moved.model.values[i].key != JUMPS_AT))
     again, reached = _refit_once(held, data, label, options, progress)
     if reached > error:
         return fit
@@ -289,7 +290,7 @@ def _at(problem: Problem, fit: LinearizedFit) -> Problem:
 def _refit_once(
     problem: Problem, data: Data, label: str, options: DiagnoseOptions, progress: Progress
 ) -> tuple[LinearizedFit, float]:
-    """A refit away from the jumps, and its error with the samples around them; none where that error would rise."""
+    """A refit away from the jumps, and its error with the samples around them; the start if that error would rise."""
     begins, error = without_discontinuities(problem, data.recorded), squared_error(problem, data.recorded)
     fit = refit(begins, label, progress, options.iterations)
     reached = squared_error(_at(problem, fit), data.recorded)

@@ -16,7 +16,7 @@ UNRESOLVED: Final = 0.5
 EITHER_SIDE: Final = 3.0
 """Around a jump an error counts as at most so many times the noise: which side a sample is on says no more."""
 JUMPS_AT: Final = "dynamic.t_star"
-"""The temperature at which a model jumps on cooling, whatever else it has (§5.1)."""
+"""The parameter that says at which temperature the dynamic model jumps on cooling (§5.1)."""
 SAME_JUMP_S: Final = 5.0
 """Jumps of the strip and of the model that are farther apart than this [s] are not the same one."""
 
@@ -52,7 +52,8 @@ def without_discontinuities(problem: Problem, recorded: Sequence[SimulationInput
 def squared_error(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> float:
     """Squared error in units of the noise, each sample around a jump of the strip or of the model with a bounded one.
 
-    So a sample on the wrong side of a jump counts for little, and a jump at the wrong time for as much as it lasts.
+    So a sample on the wrong side of a jump counts for little, and a jump at the wrong time for as much as it lasts. The
+    error of a sample that a coarser grid does not resolve is bounded, too.
 
     recorded : as of :func:`without_discontinuities`.
     """
@@ -64,22 +65,26 @@ def squared_error(problem: Problem, recorded: Sequence[SimulationInput] = ()) ->
 
 
 def jumping_with_the_strip(problem: Problem, recorded: Sequence[SimulationInput] = ()) -> Problem | None:
-    """The problem with T* where the strip jumps on cooling; None if the model jumps at the same times.
+    """The problem with T* where the strip jumps on cooling.
 
-    A refit does not find it: between a jump of the strip and one of the model, too far apart to be left out together,
-    all is wrong, and no small change of T* makes it better.
+    A refit does not find it: the samples between a jump of the strip and one of the model, too far apart to be left out
+    together, are off by the whole jump, and no small change of T* makes that less.
 
     recorded : as of :func:`without_discontinuities`.
+
+    Returns None if no jump of the model is a little earlier or later than one of the strip, or if T* is not free or
+    differs from run to run.
     """
-    if JUMPS_AT not in problem.model or problem.model.index(JUMPS_AT) not in problem.free:
+    model = problem.model
+    if JUMPS_AT not in model or model.index(JUMPS_AT) not in problem.free or JUMPS_AT in model.varies:
         return None
     fine = replace(problem, inputs=recorded) if recorded else problem
     apart_k = [x for series in problem.observed if series.channel in MECHANICAL for x in _apart_k(fine, series)]
     if not apart_k:
         return None
-    spec = problem.model.values[problem.model.index(JUMPS_AT)]
-    there = float(np.clip(spec.value + np.median(apart_k), spec.lower, spec.upper))
-    return replace(problem, model=problem.model.set({JUMPS_AT: there}))
+    spec = model.values[model.index(JUMPS_AT)]
+    t_star = float(np.clip(spec.value + np.median(apart_k), spec.lower, spec.upper))
+    return replace(problem, model=model.set({JUMPS_AT: t_star}))
 
 
 def _apart_k(problem: Problem, series: ObservedSeries) -> list[float]:
