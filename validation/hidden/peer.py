@@ -4,10 +4,10 @@
     make peer
     make peer PEER="--cases relays-heat/radiation relays-heat/nothing"
 
-How it is done, and what is petab-select's and what ours, is told in :mod:`peer_search`. Each case is judged twice: with
-noise that is taken for white, as in the examples of petab-select, and whitened as in the product. Finished cases are
-kept in --results (JSON lines), so that a run that was stopped goes on where it was. `suite.py` sets beside them what
-the product says of the same cases.
+What of it is petab-select's and what ours, :mod:`peer_search` tells. Each case is judged twice. The noise is taken for
+white, as in the examples of petab-select, and then whitened as in the product. Finished cases are kept in --results
+(JSON lines), so that a run that was stopped goes on where it was. `suite.py` sets beside them what the product says of
+the same cases.
 """
 
 from __future__ import annotations

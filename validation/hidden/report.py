@@ -208,7 +208,7 @@ def cases_table(results: Sequence[Result]) -> list[str]:
 
 
 def peer_table(results: Sequence[Result], peer: Sequence[Result]) -> list[str]:
-    """The product and petab-select on the cases that both have judged, with every noise; nothing if there are none."""
+    """The product and petab-select on the same cases: those that petab-select has judged with each noise."""
     ours = {r["case"]: r for r in results if "failed" not in r}
     theirs = {noise: {r["case"]: r for r in peer if r["noise"] == noise} for noise in PEERS}
     cases = [case for case in ours if all(case in found for found in theirs.values())]
