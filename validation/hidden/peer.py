@@ -34,7 +34,8 @@ from lce_model import default_model
 from lce_model.effects import library
 
 RESULTS: Final = Path(__file__).parents[2] / "docs/results/hidden-peer-results.jsonl"
-NOISES: Final = ("iid", "autoregressive")
+NOISES: Final = {"iid": "noise taken for white", "autoregressive": "noise whitened as ours"}
+"""What each case is judged with, and how the report calls it."""
 
 
 def read_results(path: Path = RESULTS) -> list[dict[str, Any]]:

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 from cases import kind
 from families import ALL, Family
+from peer import NOISES
 from scipy.stats import binomtest, chi2
 
 Result = dict[str, Any]
 VISIBLE = 0.5
 HELD_OUT = 1.3
-PEERS = {"iid": "noise taken for white", "autoregressive": "noise whitened as ours"}
-"""What `peer.py` judges each case with."""
 
 
 @dataclass(frozen=True)
@@ -210,12 +209,12 @@ def cases_table(results: Sequence[Result]) -> list[str]:
 def peer_table(results: Sequence[Result], peer: Sequence[Result]) -> list[str]:
     """The product and petab-select on the same cases: those that petab-select has judged with each noise."""
     ours = {r["case"]: r for r in results if "failed" not in r}
-    theirs = {noise: {r["case"]: r for r in peer if r["noise"] == noise} for noise in PEERS}
+    theirs = {noise: {r["case"]: r for r in peer if r["noise"] == noise} for noise in NOISES}
     cases = [case for case in ours if all(case in found for found in theirs.values())]
     if not cases:
         return []
     rows = [_peer_row("`lce diagnose`", [ours[c] | {"seconds": ours[c]["diagnose_s"]} for c in cases])]
-    for noise, words in PEERS.items():
+    for noise, words in NOISES.items():
         rows.append(_peer_row(f"petab-select, forward BIC, {words}", [ours[c] | theirs[noise][c] for c in cases]))
     return [
         "## Peer: petab-select, forward by BIC",
