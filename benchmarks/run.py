@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import bands
 import diagnosis
 import graph
+import least_squares
 import loop_timing
 import reading
 import recovery
@@ -59,6 +60,7 @@ def main() -> int:
         "start_up": speed.start_up,
         "reading": reading.measure,
         "identification": lambda: speed.identification(5.0 if quick else 20.0),
+        "least_squares": least_squares.measure,
         "recovery": lambda: recovery.measure(3 if quick else 20),
         "bands": lambda: bands.measure(5 if quick else 50),
         "diagnosis": diagnosis.measure,

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Levenberg–Marquardt on a Problem (§4.5, (4.19)), and differential evolution for its first guess (§5.3)."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, OptimizeResult, differential_evolution, least_squares
+from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
 from lce_analysis.identification.problem import Problem
 from lce_data.progress import Progress
@@ -21,6 +23,18 @@ EPSILON: Final = 1e-4
 TOLERANCE: Final = 1e-9
 FARTHEST: Final = 1e6
 """Largest weighted residual that counts: a step out of the way shall not overflow."""
+PHYSICAL_K: Final = (200.0, 2000.0)
+"""Start temperatures [K] that are tried."""
+FIRST_DAMPING: Final = 1e-6
+LEAST_DAMPING: Final = 1e-15
+"""Damping μ of (4.19), in units of the largest eigenvalue of JᵀJ: where a search begins, and the least."""
+DAMPED_MORE: Final = 3.0
+DAMPED_LESS: Final = 30.0
+"""Factors of the damping after a step that did not lower the error, and after one that did at the first trial."""
+AHEAD: Final = 0.1
+"""Share of a step at which the bend of its way is looked at."""
+MOST_BENT: Final = 1.5
+"""Twice the acceleration may be so many times as long as its step; 0.75 in Transtrum and Sethna (2012) is stricter."""
 POPULATION: Final = 10
 """Candidates per parameter."""
 FIRST_CANDIDATES: Final = 4000
@@ -30,10 +44,6 @@ SLOW: Final = 3e-4
 """Share of the squared error by which they must lower it, or a search ends whose errors are compared: 5 % is judged."""
 GENERATIONS: Final = 20
 """Of a population, at most. It is spread over several minima yet, and least squares find them from its members."""
-
-
-class _HardlyGetsOn(Exception):
-    """Ends a search from within the optimiser."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,109 @@ class Optimum:
     interrupted: bool
 
 
+@dataclass(frozen=True)
+class _Point:
+    """Variables (k,), the residuals (N + offsets,) there, as they come and none too far, and their squared error."""
+
+    variables: Floats
+    computed: Floats
+    residual: Floats
+    error: float
+
+    @classmethod
+    def of(cls, problem: Problem, variables: Floats) -> Self:
+        """The start temperatures stay physical; the sine makes any other variables valid."""
+        inside, starts = variables.copy(), len(problem.free) + problem.offsets
+        inside[starts:] = np.clip(variables[starts:], *PHYSICAL_K)
+        computed = problem.penalized(inside)
+        residual = np.where(np.isfinite(computed), np.clip(computed, -FARTHEST, FARTHEST), FARTHEST)
+        return cls(inside, computed, residual, float(residual @ residual))
+
+
+@dataclass(frozen=True)
+class _Linearized:
+    """The residuals near a point by their Jacobian (N + offsets, k), and the eigenvectors of (4.19)."""
+
+    point: _Point
+    jacobian: Floats
+    eigenvalues: Floats
+    eigenvectors: Floats
+
+    @classmethod
+    def at(cls, problem: Problem, point: _Point) -> Self | None:
+        """None where a residual has no slope that is a number."""
+        jacobian = problem.penalized_jacobian(point.variables, residuals=point.computed[: problem.size])
+        information = jacobian.T @ jacobian
+        if not np.all(np.isfinite(information)):
+            return None
+        eigenvalues, eigenvectors = np.linalg.eigh(information)
+        return cls(point, jacobian, np.clip(eigenvalues, 0.0, None), eigenvectors)
+
+    def step(self, residual: Floats, damping: float) -> Floats:
+        """The step (k,) of (4.19) against a residual (N + offsets,)."""
+        downhill = -(self.eigenvectors.T @ (self.jacobian.T @ residual))
+        return np.asarray(self.eigenvectors @ (downhill / (self.eigenvalues + self._damped(damping))))
+
+    def predicted(self, step: Floats, damping: float) -> float:
+        """By how much that step lowers the squared error, if the residuals are linear."""
+        along = self.jacobian @ step
+        return float(along @ along + 2.0 * self._damped(damping) * (step @ step))
+
+    def _damped(self, damping: float) -> float:
+        return max(damping * float(np.max(self.eigenvalues, initial=0.0)), np.finfo(np.float64).tiny)
+
+
+class _Walk:
+    """A search under way: where it stands, and how many steps it has tried."""
+
+    def __init__(self, problem: Problem, start: Floats, told: Callable[[int, float], None]) -> None:
+        self.problem, self.told = problem, told
+        self.tried = self.evaluations = 0
+        self.damping = FIRST_DAMPING
+        self.here = self._looked_at(start)
+
+    @property
+    def rms(self) -> float:
+        """Weighted RMS residual."""
+        return math.sqrt(self.here.error / self.problem.size)
+
+    def go_on(self, iterations: int, tolerance: float) -> bool:
+        """Take a step that lowers the error; is there more to gain?"""
+        near = _Linearized.at(self.problem, self.here)
+        rejected = False
+        while near is not None and self.tried < iterations:
+            self.tried += 1
+            step = near.step(self.here.residual, self.damping)
+            negligible = near.predicted(step, self.damping) <= tolerance * self.here.error
+            there = self._around_the_bend(near, step)
+            self.told(self.tried, self.rms)
+            if there is not None and there.error < self.here.error:
+                if not rejected:
+                    self.damping = max(self.damping / DAMPED_LESS, LEAST_DAMPING)
+                gained, self.here = self.here.error - there.error, there
+                return not negligible or gained > tolerance * there.error
+            if negligible:
+                break
+            self.damping, rejected = DAMPED_MORE * self.damping, True
+        return False
+
+    def _around_the_bend(self, near: _Linearized, step: Floats) -> _Point | None:
+        """Where the step and half of its acceleration lead; None where it bends too much to be trusted."""
+        ahead = self.problem.penalized(self.here.variables + AHEAD * step)
+        self.evaluations += 1
+        curvature = 2.0 / AHEAD * ((ahead - self.here.computed) / AHEAD - near.jacobian @ step)
+        if not np.all(np.isfinite(curvature)):
+            return None
+        acceleration = near.step(curvature, self.damping)
+        if 2.0 * np.linalg.norm(acceleration) > MOST_BENT * np.linalg.norm(step):
+            return None
+        return self._looked_at(self.here.variables + step + 0.5 * acceleration)
+
+    def _looked_at(self, variables: Floats) -> _Point:
+        self.evaluations += 1
+        return _Point.of(self.problem, variables)
+
+
 def levenberg_marquardt(
     problem: Problem,
     start: Floats,
@@ -55,57 +168,28 @@ def levenberg_marquardt(
     tolerance: float = TOLERANCE,
     slow: float = 0.0,
 ) -> Optimum:
-    """MINPACK's Levenberg–Marquardt; a KeyboardInterrupt ends it with the best variables so far.
+    """Levenberg–Marquardt with geodesic acceleration; a KeyboardInterrupt ends it with the best variables so far.
 
-    It ends where the squared error and the variables change by less than ``tolerance``, relatively, and where
-    ``SLOW_STEPS`` steps together lower the squared error by less than its share ``slow``.
+    A step of (4.19) is straight. Half of its acceleration is added, so that it follows the bend of a narrow valley: the
+    answer of the same equations to the second derivative of the residuals along the step (Transtrum and Sethna 2012,
+    arXiv:1201.5885).
+
+    It ends after so many ``iterations`` (steps that were tried), where a step lowers the squared error by less than its
+    share ``tolerance``, and where ``SLOW_STEPS`` steps together lower it by less than its share ``slow``.
     """
-    best = Optimum(start, float("inf"), 0, False)
-    count = 0
-    last: tuple[Floats, Floats] | None = None
-    reached: list[float] = []
-    # MINPACK may try variables far out of the way; sin makes them valid again, the start temperatures stay physical.
-    low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
-    starts = len(problem.free) + problem.offsets
-    low[starts:], high[starts:] = 200.0, 2000.0
-
-    def residuals(variables: Floats) -> Floats:
-        nonlocal best, count, last
-        count += 1
-        clipped = np.clip(variables, low, high)
-        r = problem.penalized(clipped)
-        last = clipped, r[: problem.size]
-        r = np.where(np.isfinite(r), np.clip(r, -FARTHEST, FARTHEST), FARTHEST)
-        rms = float(np.sqrt(np.sum(r**2) / problem.size))
-        if rms < best.rms:
-            best = Optimum(clipped, rms, count, False)
-        progress(label, min(count, iterations), iterations, best.rms)
-        return r
-
-    def jacobian(variables: Floats) -> Floats:
-        reached.append(best.rms**2)
-        if len(reached) > SLOW_STEPS and reached[-1 - SLOW_STEPS] - reached[-1] < slow * reached[-1]:
-            raise _HardlyGetsOn
-        known = last[1] if last is not None and np.array_equal(last[0], variables) else None
-        return problem.penalized_jacobian(variables, residuals=known)
-
+    walk, interrupted = None, False
     try:
-        least_squares(
-            residuals,
-            start,
-            jac=jacobian,
-            method="lm",
-            x_scale=1.0,
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=1e-12,
-            max_nfev=iterations,
-        )
-    except _HardlyGetsOn:
-        pass
+        walk = _Walk(problem, start, lambda tried, rms: progress(label, min(tried, iterations), iterations, rms))
+        reached = [walk.here.error]
+        while walk.go_on(iterations, tolerance):
+            reached.append(walk.here.error)
+            if len(reached) > SLOW_STEPS and reached[-1 - SLOW_STEPS] - reached[-1] < slow * reached[-1]:
+                break
     except KeyboardInterrupt:
-        return Optimum(best.variables, best.rms, count, True)
-    return Optimum(best.variables, best.rms, count, False)
+        interrupted = True
+    if walk is None:
+        return Optimum(start, math.inf, 0, interrupted)
+    return Optimum(walk.here.variables, walk.rms, walk.evaluations, interrupted)
 
 
 def evolve(
