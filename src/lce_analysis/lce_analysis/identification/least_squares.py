@@ -2,7 +2,6 @@
 """Levenberg–Marquardt on a Problem (§4.5, (4.19)), and differential evolution for its first guess (§5.3)."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Self
 
@@ -27,14 +26,15 @@ PHYSICAL_K: Final = (200.0, 2000.0)
 """Start temperatures [K] that are tried."""
 FIRST_DAMPING: Final = 1e-6
 LEAST_DAMPING: Final = 1e-15
-"""Damping μ of (4.19), in units of the largest eigenvalue of JᵀJ: where a search begins, and the least."""
-DAMPED_MORE: Final = 3.0
+MOST_DAMPING: Final = 1e6
+"""Damping μ of (4.19), in units of the largest eigenvalue of JᵀJ: where a search begins, and its ends."""
+DAMPED_MORE: Final = 5.0
 DAMPED_LESS: Final = 30.0
 """Factors of the damping after a step that did not lower the error, and after one that did at the first trial."""
 AHEAD: Final = 0.1
 """Share of a step at which the bend of its way is looked at."""
-MOST_BENT: Final = 1.5
-"""Twice the acceleration may be so many times as long as its step; 0.75 in Transtrum and Sethna (2012) is stricter."""
+MOST_BENT: Final = 0.4
+"""Longest bend, as a share of its step."""
 POPULATION: Final = 10
 """Candidates per parameter."""
 FIRST_CANDIDATES: Final = 4000
@@ -109,11 +109,11 @@ class _Linearized:
 
 
 class _Walk:
-    """A search under way: where it stands, and how many steps it has tried."""
+    """A search under way, and where it stands."""
 
-    def __init__(self, problem: Problem, start: Floats, told: Callable[[int, float], None]) -> None:
-        self.problem, self.told = problem, told
-        self.tried = self.evaluations = 0
+    def __init__(self, problem: Problem, start: Floats) -> None:
+        self.problem = problem
+        self.evaluations = 0
         self.damping = FIRST_DAMPING
         self.here = self._looked_at(start)
 
@@ -122,17 +122,15 @@ class _Walk:
         """Weighted RMS residual."""
         return math.sqrt(self.here.error / self.problem.size)
 
-    def go_on(self, iterations: int, tolerance: float) -> bool:
+    def go_on(self, tolerance: float) -> bool:
         """Take a step that lowers the error; is there more to gain?"""
         near = _Linearized.at(self.problem, self.here)
         rejected = False
-        while near is not None and self.tried < iterations:
-            self.tried += 1
+        while near is not None and self.damping < MOST_DAMPING:
             step = near.step(self.here.residual, self.damping)
             negligible = near.predicted(step, self.damping) <= tolerance * self.here.error
-            there = self._around_the_bend(near, step)
-            self.told(self.tried, self.rms)
-            if there is not None and there.error < self.here.error:
+            there = self._looked_at(self.here.variables + step + self._bend(near, step))
+            if there.error < self.here.error:
                 if not rejected:
                     self.damping = max(self.damping / DAMPED_LESS, LEAST_DAMPING)
                 gained, self.here = self.here.error - there.error, there
@@ -142,17 +140,15 @@ class _Walk:
             self.damping, rejected = DAMPED_MORE * self.damping, True
         return False
 
-    def _around_the_bend(self, near: _Linearized, step: Floats) -> _Point | None:
-        """Where the step and half of its acceleration lead; None where it bends too much to be trusted."""
+    def _bend(self, near: _Linearized, step: Floats) -> Floats:
+        """Half of the acceleration along a step; none where it is too long to be one, as where the strip jumps."""
         ahead = self.problem.penalized(self.here.variables + AHEAD * step)
         self.evaluations += 1
         curvature = 2.0 / AHEAD * ((ahead - self.here.computed) / AHEAD - near.jacobian @ step)
         if not np.all(np.isfinite(curvature)):
-            return None
-        acceleration = near.step(curvature, self.damping)
-        if 2.0 * np.linalg.norm(acceleration) > MOST_BENT * np.linalg.norm(step):
-            return None
-        return self._looked_at(self.here.variables + step + 0.5 * acceleration)
+            return np.zeros_like(step)
+        bend = 0.5 * near.step(curvature, self.damping)
+        return bend if np.linalg.norm(bend) <= MOST_BENT * np.linalg.norm(step) else np.zeros_like(step)
 
     def _looked_at(self, variables: Floats) -> _Point:
         self.evaluations += 1
@@ -174,15 +170,17 @@ def levenberg_marquardt(
     answer of the same equations to the second derivative of the residuals along the step (Transtrum and Sethna 2012,
     arXiv:1201.5885).
 
-    It ends after so many ``iterations`` (steps that were tried), where a step lowers the squared error by less than its
-    share ``tolerance``, and where ``SLOW_STEPS`` steps together lower it by less than its share ``slow``.
+    It ends after so many ``iterations`` (steps that lower the error), where a step lowers the squared error by less than
+    its share ``tolerance``, and where ``SLOW_STEPS`` steps together lower it by less than its share ``slow``.
     """
     walk, interrupted = None, False
     try:
-        walk = _Walk(problem, start, lambda tried, rms: progress(label, min(tried, iterations), iterations, rms))
+        walk = _Walk(problem, start)
         reached = [walk.here.error]
-        while walk.go_on(iterations, tolerance):
+        progress(label, 0, iterations, walk.rms)
+        while len(reached) <= iterations and walk.go_on(tolerance):
             reached.append(walk.here.error)
+            progress(label, len(reached) - 1, iterations, walk.rms)
             if len(reached) > SLOW_STEPS and reached[-1 - SLOW_STEPS] - reached[-1] < slow * reached[-1]:
                 break
     except KeyboardInterrupt:
