@@ -170,7 +170,7 @@ def levenberg_marquardt(
     answer of the same equations to the second derivative of the residuals along the step (Transtrum and Sethna 2012,
     arXiv:1201.5885).
 
-    It ends after so many ``iterations`` (steps that lower the error), where a step lowers the squared error by less than
+    It ends after so many ``iterations`` (steps that lower the error), where one lowers the squared error by less than
     its share ``tolerance``, and where ``SLOW_STEPS`` steps together lower it by less than its share ``slow``.
     """
     walk, interrupted = None, False
