@@ -79,7 +79,6 @@ class _Point:
 class _Linearized:
     """The residuals near a point by their Jacobian (N + offsets, k), and the eigenvectors of (4.19)."""
 
-    point: _Point
     jacobian: Floats
     eigenvalues: Floats
     eigenvectors: Floats
@@ -92,7 +91,7 @@ class _Linearized:
         if not np.all(np.isfinite(information)):
             return None
         eigenvalues, eigenvectors = np.linalg.eigh(information)
-        return cls(point, jacobian, np.clip(eigenvalues, 0.0, None), eigenvectors)
+        return cls(jacobian, np.clip(eigenvalues, 0.0, None), eigenvectors)
 
     def step(self, residual: Floats, damping: float) -> Floats:
         """The step (k,) of (4.19) against a residual (N + offsets,)."""
