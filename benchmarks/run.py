@@ -6,12 +6,14 @@ prints, and leaves the document alone.
 """
 
 import argparse
+import os
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command `lce` does, before numpy is imported
 
 import bands
 import diagnosis
