@@ -98,10 +98,10 @@ class _Linearized:
         downhill = -(self.eigenvectors.T @ (self.jacobian.T @ residual))
         return np.asarray(self.eigenvectors @ (downhill / (self.eigenvalues + self._damped(damping))))
 
-    def predicted(self, step: Floats, damping: float) -> float:
+    def promise(self, residual: Floats, damping: float) -> float:
         """By how much that step lowers the squared error, if the residuals are linear."""
-        along = self.jacobian @ step
-        return float(along @ along + 2.0 * self._damped(damping) * (step @ step))
+        downhill, damped = self.eigenvectors.T @ (self.jacobian.T @ residual), self._damped(damping)
+        return float(np.sum(downhill**2 * (self.eigenvalues + 2.0 * damped) / (self.eigenvalues + damped) ** 2))
 
     def _damped(self, damping: float) -> float:
         return max(damping * float(np.max(self.eigenvalues, initial=0.0)), np.finfo(np.float64).tiny)
@@ -122,20 +122,22 @@ class _Walk:
         return math.sqrt(self.here.error / self.problem.size)
 
     def go_on(self, tolerance: float) -> bool:
-        """Take a step that lowers the error; is there more to gain?"""
+        """Take a step that lowers the error; False where none does, or none promises to by more than a share."""
         near = _Linearized.at(self.problem, self.here)
-        rejected = False
-        while near is not None and self.damping < MOST_DAMPING:
+        if near is None:
+            return False
+        negligible, rejected = tolerance * self.here.error, False
+        # What is damped promises little: the search has come to its end only where nothing else is left to gain.
+        while self.damping > LEAST_DAMPING and near.promise(self.here.residual, self.damping) <= negligible:
+            self.damping /= DAMPED_LESS
+        while self.damping < MOST_DAMPING and near.promise(self.here.residual, self.damping) > negligible:
             step = near.step(self.here.residual, self.damping)
-            negligible = near.predicted(step, self.damping) <= tolerance * self.here.error
             there = self._looked_at(self.here.variables + step + self._bend(near, step))
             if there.error < self.here.error:
                 if not rejected:
                     self.damping = max(self.damping / DAMPED_LESS, LEAST_DAMPING)
-                gained, self.here = self.here.error - there.error, there
-                return not negligible or gained > tolerance * there.error
-            if negligible:
-                break
+                self.here = there
+                return True
             self.damping, rejected = DAMPED_MORE * self.damping, True
         return False
 
@@ -169,8 +171,8 @@ def levenberg_marquardt(
     answer of the same equations to the second derivative of the residuals along the step (Transtrum and Sethna 2012,
     arXiv:1201.5885).
 
-    It ends after so many ``iterations`` (steps that lower the error), where one lowers the squared error by less than
-    its share ``tolerance``, and where ``SLOW_STEPS`` steps together lower it by less than its share ``slow``.
+    It ends after so many ``iterations`` (steps that lower the error), where none promises to lower the squared error by
+    more than its share ``tolerance``, and where ``SLOW_STEPS`` together lower it by less than its share ``slow``.
     """
     walk, interrupted = None, False
     try:
