@@ -6,16 +6,19 @@ prints, and leaves the document alone.
 """
 
 import argparse
+import os
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command `lce` does, before numpy is imported
 
 import bands
 import diagnosis
 import graph
+import least_squares
 import loop_timing
 import reading
 import recovery
@@ -59,6 +62,7 @@ def main() -> int:
         "start_up": speed.start_up,
         "reading": reading.measure,
         "identification": lambda: speed.identification(5.0 if quick else 20.0),
+        "least_squares": least_squares.measure,
         "recovery": lambda: recovery.measure(3 if quick else 20),
         "bands": lambda: bands.measure(5 if quick else 50),
         "diagnosis": diagnosis.measure,

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When a search by least squares ends."""
+"""Where a search by least squares ends, and when."""
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from lce_analysis.identification.least_squares import SLOW_STEPS, levenberg_marquardt
@@ -30,6 +31,35 @@ def problem() -> Problem:
     run_input = simulation_input(run, given)
     free = tuple(given.index(key) for key in ("lumped.gain", "lumped.tau", "ambient.t_env"))
     return Problem(given, [run_input], free, np.array([295.0]), observed_series([run_input], {TEMPERATURE: 0.05}))
+
+
+def test_the_minimum_is_that_of_minpack(problem: Problem) -> None:
+    found = levenberg_marquardt(problem, problem.first(), "", silent)
+    # From a start of its own: from far off it ends elsewhere, higher.
+    near = found.variables + 0.1
+    true = least_squares(problem.penalized, near, problem.penalized_jacobian, method="lm", ftol=1e-9, xtol=1e-9)
+    assert found.rms**2 * problem.size == pytest.approx(2.0 * true.cost, rel=1e-6)
+    np.testing.assert_allclose(problem.split(found.variables)[0], problem.split(true.x)[0], rtol=1e-4)
+
+
+def test_an_interrupted_search_keeps_its_best(problem: Problem) -> None:
+    told: list[float] = []
+
+    def interrupting(label: str, done: int, total: int, rms: float) -> None:
+        told.append(rms)
+        if done == 3:
+            raise KeyboardInterrupt
+
+    found = levenberg_marquardt(problem, problem.first(), "", interrupting)
+    assert found.interrupted
+    assert found.rms == told[-1] < told[0]
+    assert found.rms == pytest.approx(float(np.sqrt(np.mean(problem.residuals(found.variables) ** 2))))
+
+
+def test_a_search_ends_after_so_many_steps(problem: Problem) -> None:
+    start = problem.first()
+    few, more = (levenberg_marquardt(problem, start, "", silent, iterations=n) for n in (2, 4))
+    assert more.rms < few.rms < float(np.sqrt(np.mean(problem.residuals(start) ** 2)))
 
 
 def test_a_search_that_hardly_gets_on_ends_with_its_best(problem: Problem) -> None:

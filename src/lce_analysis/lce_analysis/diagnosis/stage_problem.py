@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,9 @@ Part = Literal["heat", "deformation", "both"]
 """Which part of the model a problem judges: P → T, T → d, or both together."""
 Apart = Literal["", "bent", "fails"]
 """Why the heat was fitted without the displacement, if it was."""
+
+SAME_ERROR: Final = 0.01
+"""Squared errors that differ by less than this share may be the same: a refit ends where it hardly gets on."""
 
 
 @dataclass(frozen=True)
@@ -269,7 +272,7 @@ def _refit_between_jumps(
     Left out are the samples around the jumps that the model has before the refit. They do not hold these jumps where
     they are. So a refit that only gets its jumps to worse times, for hardly any gain away from them, does not count.
     If the model then jumps a little earlier or later than the strip, T* is read off the jumps of the strip, and
-    everything else refitted. That model counts unless its error is larger.
+    everything else refitted. That model counts unless its error is clearly larger.
     """
     fit, error = _refit_once(problem, data, label, options, progress)
     moved = jumping_with_the_strip(_at(problem, fit), data.recorded)
@@ -277,7 +280,7 @@ def _refit_between_jumps(
         return fit
     held = replace(moved, free=tuple(i for i in moved.free if moved.model.values[i].key != JUMPS_AT))
     again, reached = _refit_once(held, data, label, options, progress)
-    if reached > error:
+    if reached > (1.0 + SAME_ERROR) * error:
         return fit
     return linearised(without_discontinuities(_at(problem, again), data.recorded))
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Final
 
 from lce_analysis.diagnosis.held_out import DataLeftOut
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gained, refit, samples
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, gained, optimum, refit, samples
 from lce_analysis.diagnosis.misfit import NOISE
 from lce_analysis.diagnosis.score import Score, ScoreTestResult, score_test
 from lce_analysis.diagnosis.stage_problem import StageProblem
@@ -20,7 +20,7 @@ from lce_analysis.options import DiagnoseOptions
 from lce_data.progress import Progress
 from lce_model.effects import Effect
 
-FIRST_STEPS: Final = 20
+FIRST_STEPS: Final = 15
 """Steps after which it is seen which trials lead."""
 DISAPPOINTING: Final = 0.5
 """A refit that gains less than this share of what was predicted may have left the way to a better minimum."""
@@ -135,12 +135,24 @@ class Trials:
         trials = self._from(stage, scores, starts, FIRST_STEPS)
         poor = [t.score for t in trials if t.gain < DISAPPOINTING * t.score.predicted_gain]
         again = self._from(stage, poor, [effect_alone(stage, s) for s in poor], FIRST_STEPS)
-        best = {t.effect.name: t for t in sorted([*trials, *again], key=lambda trial: trial.gain)}
+        most = max((t.gain for t in [*trials, *again]), default=0.0)
+        promising = [s for s in poor if s.predicted_gain > most]
+        held = self._from(stage, promising, [self._held(stage, s) for s in promising], FIRST_STEPS)
+        best = {t.effect.name: t for t in sorted([*trials, *again, *held], key=lambda trial: trial.gain)}
         leading = sorted(best.values(), key=self._lost)[: self.options.contenders]
         to_the_end = self._from(
             stage, [t.score for t in leading], [t.fit.problem for t in leading], self.options.iterations
         )
         return list((best | {t.effect.name: t for t in to_the_end}).values())
+
+    def _held(self, stage: StageProblem, score: Score) -> Problem:
+        """The base refitted beside the effect at the strength that is expected of it.
+
+        An effect that promises more than any other has gained may do nothing but harm before all else has moved.
+        """
+        base = stage.fit.problem
+        there = replace(base, model=base.model.set(score.direction.at(score.expected_strength)))
+        return optimum(there, f"beside {score.effect.name}", self.progress, FIRST_STEPS)
 
     def _from(
         self, stage: StageProblem, scores: Sequence[Score], starts: Sequence[Problem], iterations: int

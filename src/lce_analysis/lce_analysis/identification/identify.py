@@ -58,12 +58,12 @@ ASTRAY = 0.1
 """Share of the spread of a series: a search that leaves more is begun again once, from other guesses."""
 SPINODAL, RUNS_ON, JUMPS = "dynamic.spinodal", 0.01, 100.0
 """A parameter of the dynamic model, and values of it [1/K] in its two valleys."""
-HALVING = ((40, 8), (8, 25), (4, 200))
+HALVING = ((40, 5), (8, 15), (4, 200))
 """Rounds of the least squares from several starts: how many of the best go on, for how many steps.
 
 This shares out the work; the last round runs to the end whatever the first two were. Those that lead before it are
 often in one valley, and a better one is among the next."""
-REFINING = 30
+REFINING = 12
 """Steps from a member of a population; the best go on, beside all runs."""
 
 
