@@ -266,8 +266,8 @@ HEAD = """Written by `validation/hidden/suite.py {arguments}`, version {version}
 Strips of `validation/hidden`, which share no code with the product, hide an effect. The product fits a base model to
 its training runs, and `lce diagnose` says what is missing. An exact base holds the equations of the strip, an imperfect
 one does not. The `.jsonl` file beside this page holds what was noted of each case, in the order in which they ended.
-The cases are a fair sample of all that there are. The command goes on with the rest as long as what a case runs stays
-the same; with `--fresh` it begins anew.
+Of each kind of case in each family, those judged are a fair sample. The command goes on with the rest as long as what
+a case runs stays the same, a part of them with `--minutes` and `--only`; with `--fresh` it begins anew.
 
 An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow.
 `validation/hidden/judge.py` defines that without the diagnosis. A false addition is an added effect that is not hidden

@@ -162,7 +162,7 @@ def options(
 
 def arguments(args: argparse.Namespace) -> str:
     """What decided which cases were judged, as the command line says it."""
-    words = [f"--seeds {args.seeds}", f"--minutes {args.minutes:g}"]
+    words = [f"--seeds {args.seeds}"]
     words += [f"--skip {args.skip}"] if args.skip else []
     words += [f"--families {' '.join(args.families)}"] if args.families else []
     words += [f"--only {args.only}"] if args.only else []
