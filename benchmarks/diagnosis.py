@@ -47,8 +47,8 @@ def six_runs() -> list[str]:
             for command in (fit, diagnose):
                 _timed(command)
             (fitted, _), (diagnosed, done) = _timed(fit), _timed(diagnose)
-        answer = done.stdout.splitlines()[0]
-        rows.append(f"| {case.family}, {' and '.join(case.hidden)} | {base} | {fitted:.0f} s | {diagnosed:.0f} s | {answer} |")
+        answer, hidden = done.stdout.splitlines()[0], " and ".join(case.hidden)
+        rows.append(f"| {case.family}, {hidden} | {base} | {fitted:.0f} s | {diagnosed:.0f} s | {answer} |")
     return [
         "## `lce fit` and `lce diagnose`, six runs and two held out, start-up included",
         "",
