@@ -39,6 +39,10 @@ SIMPLER: Final = 0.9
 """An effect that takes this share of what a value for each run takes is preferred: it is one number, not as many."""
 
 
+class _Moved(Exception):
+    """The present model has left a poor minimum: what was tried beside it there says nothing any more."""
+
+
 class Search(Chain):
     """A chain that grows by what is worth having, and looks back at the end of each part of the model."""
 
@@ -65,7 +69,10 @@ class Search(Chain):
         if not stages:
             raise LceError(f"{effect.name}: it changes nothing that these runs measured")
         trial = self.trials.of(effect, stages)
-        step = self._step(trial, (effect.name,))
+        try:
+            step = self._step(trial, (effect.name,))
+        except _Moved:
+            return self.force(effect)
         mends = self._mends_the_drive(step)
         trial = replace(step.trial, objection="driven" if mends else self.trials.objection(step.trial))
         self.accept(replace(step, trial=trial))
@@ -81,13 +88,16 @@ class Search(Chain):
         """Search one part of the model; what was found stays if it explains most of what was to be explained."""
         effects_left = True
         while len(self.of_part(heat, Step)) < self.options.max_effects:
-            trials, anew = self._far_reaching(heat) if effects_left else ([], False)
-            effects_left = bool(trials)
-            if given_up(self._best_of(trials)):
-                for trial in (t for t in trials if not t.objection):
-                    self.trials.reject(trial, "base")
-                break
-            found = self._next(trials, heat, may_differ, anew)
+            try:
+                trials, anew = self._far_reaching(heat) if effects_left else ([], False)
+                effects_left = bool(trials)
+                if given_up(self._best_of(trials)):
+                    for trial in (t for t in trials if not t.objection):
+                        self.trials.reject(trial, "base")
+                    break
+                found = self._next(trials, heat, may_differ, anew)
+            except _Moved:
+                continue
             if found is None:
                 break
             self.accept(found)
@@ -124,7 +134,7 @@ class Search(Chain):
     def _elsewhere(self, best: Trial) -> Trial:
         """The trial where an identification from scratch ends."""
         fit = self.refitted(self.with_effect_of(best))
-        found = (self.identified_anew(fit) or fit).deformation
+        found = (self._identified_with_effect(fit) or fit).deformation
         if found is None or not set(best.stage.channels) <= set(found.channels):
             return best
         return self.trials.judged_at(best, found.fit)
@@ -168,27 +178,33 @@ class Search(Chain):
         """Trials of one part of the model; the base moves first where they show a better minimum."""
         trials = self.trials.likely(self._stages(heat))
         for _ in range(RESTARTS):
-            better = self._better_minimum(trials)
-            if better is None:
+            surprising = [t for t in trials if t.gain > SURPRISE * t.score.predicted_gain]
+            if not surprising or not self._moves_to(surprising[0].fit.problem.model):
                 break
-            self.move(better)
             trials = self.trials.likely(self._stages(heat))
         return trials
 
-    def _better_minimum(self, trials: Sequence[Trial]) -> StagedFit | None:
-        """The present model refitted from where its best trial ended, if that is better: it was in a poor minimum.
+    def _moves_to(self, other: Model) -> bool:
+        """Go on from the present model refitted from the values of another one, if that explains far more.
 
-        A sign of it is a trial that gains far more than was predicted.
+        Then it was in a poor minimum. A sign of it is a trial that gains far more than was predicted, or far more where
+        an identification from scratch ends.
         """
-        surprising = [t for t in trials if t.gain > SURPRISE * t.score.predicted_gain]
-        if not surprising:
-            return None
-        best = surprising[0]
-        values = [v for v in best.fit.problem.model.values if v.term != best.effect.name]
-        start = self.present.model.set({v.key: v.value for v in values if v.key in self.present.model})
-        start = start.varying({**start.varies, **best.fit.problem.model.varies})
-        found = self.refitted(start)
-        return found if reduction_of(self.present.mean_squares, found.mean_squares) >= self.options.far else None
+        found = self.refitted(carried(self.present.model, other))
+        better = reduction_of(self.present.mean_squares, found.mean_squares) >= self.options.far
+        if better:
+            self.move(found)
+        return better
+
+    def _identified_with_effect(self, fit: StagedFit) -> StagedFit | None:
+        """The model with an effect identified from scratch, if that explains more.
+
+        Raises _Moved if the present model, without the effect, explains far more from there as well.
+        """
+        found = self.identified_anew(fit)
+        if found is not None and self._moves_to(found.model):
+            raise _Moved
+        return found
 
     def _stages(self, heat: bool) -> tuple[StageProblem, ...]:
         if heat:
@@ -249,7 +265,7 @@ class Search(Chain):
 
     def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
         """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""
-        anew = self.identified_anew(fit)
+        anew = self._identified_with_effect(fit)
         if anew is None or anew.deformation is None or not set(trial.stage.channels) <= set(anew.deformation.channels):
             return fit, trial
         found = anew.deformation.fit
