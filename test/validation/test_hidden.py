@@ -23,7 +23,7 @@ from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
 from suite import read, run, until
 
-from lce_analysis.diagnosis import diagnose
+from lce_analysis.diagnosis import add_effect, diagnose
 from lce_analysis.identification import fit
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.run import Run, Series
@@ -425,7 +425,7 @@ POOR = {
     "dynamic.spinodal": 1948.0,
     "stretch_law.alpha": 6.481,
 }
-"""Where an identification of that strip once ended: 40 × the noise on the runs held out."""
+"""Where `lce fit` once ended on chapter-5-continuous/nothing/clear/19: 40 × the noise on the runs held out."""
 
 
 @pytest.mark.slow
@@ -438,6 +438,17 @@ def test_an_effect_that_only_led_out_of_a_poor_minimum_is_not_named() -> None:
     assert found.verdict == "adequate"
     assert found.test.misfit["before"].rms[DISPLACEMENT] < 1.3
     assert found.test.misfit["given"].rms[DISPLACEMENT] > 10.0
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_an_effect_that_only_led_out_of_a_poor_minimum_is_not_confirmed_where_it_is_added() -> None:
+    train, test = campaign(Case("chapter-5-continuous", (), "clear", 19))
+    poor = default_model("lumped", "dynamic").set(POOR)
+    added = add_effect(poor, "transition_distribution", train, test)
+    assert added.objection
+    assert added.actual_reduction < 0.01
+    assert added.test.misfit["before"].rms[DISPLACEMENT] < 1.3
 
 
 def _late(run: Run) -> Run:
