@@ -17,7 +17,7 @@ from cases import KINDS, cases, kind
 from chapter5 import Dynamic, changed, wells
 from effects import OUTSIDE, STRENGTH
 from families import ALL, FAMILIES, HEAT_FAMILIES
-from judge import judge
+from judge import judge, over_noise
 from relays import Relays, turn
 from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
@@ -25,6 +25,7 @@ from suite import read, run, until
 
 from lce_analysis.diagnosis import add_effect, diagnose
 from lce_analysis.identification import fit
+from lce_analysis.options import FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
 from lce_data.run import Run, Series
 from lce_model import Model, default_model
@@ -426,6 +427,17 @@ POOR = {
     "stretch_law.alpha": 6.481,
 }
 """Where `lce fit` once ended on chapter-5-continuous/nothing/clear/19: 40 × the noise on the runs held out."""
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_a_fit_hops_out_of_a_poor_minimum_beside_the_best_one() -> None:
+    case = Case("chapter-5-continuous", (), "clear", 1)
+    train, _ = campaign(case)
+    base = default_model("lumped", "dynamic")
+    alone, hopped = (fit(base, train, FitOptions(hops=hops)).model for hops in (0, 8))
+    left = [over_noise(m, train, {run.name: case.ideal(run) for run in train})["displacement"] for m in (alone, hopped)]
+    assert left[1] <= min(1.02, left[0])
 
 
 @pytest.mark.slow

@@ -30,6 +30,7 @@ class FitOptions:
     same_minimum : two populations that end within this share of each other's error have found the same minimum,
         and are enough.
     refined : members of each population that are refined by least squares.
+    hops : steps away from the optimum of the dynamic model, each followed by a least squares.
     reweighted : rounds of the joint fit, each with the misfit of the last as weights; with 0 the stages are identified
         one after the other only.
     same_weights : the rounds end when no weight changes by this share or more.
@@ -65,6 +66,7 @@ class FitOptions:
     evolutions: int = 6
     same_minimum: float = 0.02
     refined: int = 12
+    hops: int = 8
     reweighted: int = 3
     negligible: float = 0.05
     slow: float = 1.0
@@ -82,7 +84,7 @@ class FitOptions:
         if not all(math.isfinite(tau) and tau > 0.0 for tau in self.time_constants):
             raise LceError(f"time_constants: {self.time_constants} must be above 0")
         _check_counts(self, "random_guesses", "starts", "evolutions", "refined", "profile_points")
-        _check_at_least(self, 0, "seed", "reweighted")
+        _check_at_least(self, 0, "seed", "reweighted", "hops")
         _check_positive(self, "negligible", "noise_level", "moved", "undetermined", "bootstrap_block")
         _check_at_least(self, 0.0, "same_minimum", "same_weights", "slow")
         _check_share(self, "strong_correlation", "differing")

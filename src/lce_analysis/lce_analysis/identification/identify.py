@@ -8,6 +8,7 @@
 3. Every parameter of both stages at once, each output weighted by the misfit that 1 and 2 left.
 """
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -63,6 +64,10 @@ HALVING = ((40, 5), (8, 15), (4, 200))
 
 This shares out the work; the last round runs to the end whatever the first two were. Those that lead before it are
 often in one valley, and a better one is among the next."""
+HOP, HOP_STEPS = (0.03, 0.3), 30
+"""Shortest and longest hop, as a standard deviation in each of the search variables; steps back down from it.
+
+Of the 3.14 between the bounds of a parameter: from a hundredth of them to a tenth."""
 REFINING = 12
 """Steps from a member of a population; the best go on, beside all runs."""
 
@@ -321,14 +326,8 @@ class _Search:
         problem = Problem(shared, coarse, common, np.zeros(len(coarse)), observed_series(coarse, sigma))
         box = search_box(problem, coarse)
         label = f"{self.model.deformation} model"
-        guesses = self._two_step if self.model.deformation == "dynamic" else self._random_guesses
-        best = self._best_of(problem, list(guesses(problem, box, label)), label)
-        if SPINODAL in shared and shared.index(SPINODAL) in common and not self.interrupted:
-            best = self._of_both_readings(problem, best, label)
-        if self.model.deformation != "dynamic" and not self.interrupted and _astray(problem, best.variables):
-            again = self._best_of(problem, list(self._random_guesses(problem, box, label, attempt=1)), label)
-            best = min(best, again, key=lambda optimum: optimum.rms)
-        self._adopt_deformation(problem.at(best.variables))
+        search = self._two_step if self.model.deformation == "dynamic" else self._of_random_guesses
+        self._adopt_deformation(problem.at(search(problem, box, label).variables))
         return self._deformation_alone()
 
     def _deformation_alone(self) -> Problem:
@@ -358,6 +357,8 @@ class _Search:
     def _of_both_readings(self, problem: Problem, best: Optimum, label: str) -> Optimum:
         """The better of two valleys: x runs on beyond T* and T1 by the rates of chapter 5, or jumps as §5.1 says."""
         model = problem.at(best.variables).model
+        if self.interrupted or SPINODAL not in model or model.index(SPINODAL) not in problem.free:
+            return best
         other = model.set({SPINODAL: RUNS_ON if model[SPINODAL] > 1.0 else JUMPS})
         guess = replace(problem, model=other).first()
         name = f"{label}, other reading of §5.1"
@@ -365,26 +366,58 @@ class _Search:
         self._count(found)
         return min(best, found, key=lambda optimum: optimum.rms)
 
+    def _hop(self, problem: Problem, best: Optimum, label: str) -> Optimum:
+        """Steps away from the best, near and far, and least squares from there; the lowest stays.
+
+        Basin hopping at temperature zero (Wales and Doye 1997, arXiv:cond-mat/9803344).
+        """
+        rng = np.random.default_rng(self.options.seed)
+        for hop in range(self.options.hops):
+            if self.interrupted or best.rms < self.options.noise_level:
+                break
+            length = math.exp(rng.uniform(*np.log(HOP)))
+            guess = best.variables + rng.normal(0.0, length, best.variables.size)
+            name = f"{label}, hop {hop + 1}/{self.options.hops}"
+            found = levenberg_marquardt(problem, guess, name, self.progress, HOP_STEPS, slow=SLOW)
+            self._count(found)
+            best = min(best, found, key=lambda optimum: optimum.rms)
+        return best
+
     def _adopt_deformation(self, there: Problem) -> None:
         self.model = there.model.varying({**self.model.varies, **there.model.varies})
 
-    def _two_step(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Iterator[Floats]:
-        """Rough solutions p_r of §5.3, from the run whose series covers most; all the runs choose among them.
+    def _two_step(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Optimum:
+        """The two-step strategy of §5.3, then what lies around its optimum."""
+        best = self._of_both_readings(problem, self._of_populations(problem, box, label), label)
+        return self._hop(problem, best, label)
 
-        A population that has closed in on a minimum is often in a local one, so a search that has not come down to the
-        noise is repeated from another population.
+    def _of_populations(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Optimum:
+        """Rough solutions p_r of §5.3, from the run whose series covers most, refined on all runs.
+
+        A population that has closed in on a minimum is often in a local one, or in one that serves its run alone. So
+        the search is repeated from another population until all runs are at the noise, or the best minimum of the one
+        run has come twice.
         """
         one, enough = self._widest(problem)
-        reached: list[Optimum] = []
-        best: list[Optimum] = []
+        rough: list[Optimum] = []
+        best: list[float] = []
         for attempt in range(self.options.evolutions):
             name = f"{label}, evolution {attempt + 1}/{self.options.evolutions}"
             found = self._evolution(one, enough, name, attempt, box)
-            reached += found
-            best.append(min(found, key=lambda optimum: optimum.rms))
-            if self._searched_enough(best):
+            rough = sorted([*rough, *found], key=lambda optimum: optimum.rms)
+            best.append(min(optimum.rms for optimum in found))
+            if self.interrupted or self._came_twice(best):
                 break
-        yield from (optimum.variables for optimum in sorted(reached, key=lambda optimum: optimum.rms))
+            if best[-1] < self.options.noise_level:
+                refined = self._best_of(problem, [optimum.variables for optimum in rough], label)
+                if self.interrupted or refined.rms < self.options.noise_level:
+                    return refined
+        return self._best_of(problem, [optimum.variables for optimum in rough], label)
+
+    def _came_twice(self, reached: Sequence[float]) -> bool:
+        """Has the last population found the best minimum, and for the second time?"""
+        *others, last = reached
+        return last == min(reached) and any(abs(last / other - 1.0) < self.options.same_minimum for other in others)
 
     def _widest(self, problem: Problem) -> tuple[Problem, float]:
         """The problem of the series with the widest range alone, and the weighted RMS residual that ends a search."""
@@ -411,17 +444,17 @@ class _Search:
             self._count(refined[-1], len(self.inputs))
         return refined or [rough]
 
-    def _searched_enough(self, reached: Sequence[Optimum]) -> bool:
-        """Has the last population come down to the noise, or found the best minimum for the second time?"""
-        *others, last = reached
-        best = min(reached, key=lambda optimum: optimum.rms)
-        if self.interrupted or best.rms < self.options.noise_level:
-            return True
-        return last is best and any(abs(last.rms / other.rms - 1.0) < self.options.same_minimum for other in others)
-
     def _count(self, optimum: Optimum, share: int = 1) -> None:
         self.evaluations += optimum.evaluations // share
         self.interrupted |= optimum.interrupted
+
+    def _of_random_guesses(self, problem: Problem, box: tuple[Floats, Floats], label: str) -> Optimum:
+        """The best of many random starts; of others once more, where that one is astray."""
+        best = self._best_of(problem, list(self._random_guesses(problem, box, label)), label)
+        if self.interrupted or not _astray(problem, best.variables):
+            return best
+        again = self._best_of(problem, list(self._random_guesses(problem, box, label, attempt=1)), label)
+        return min(best, again, key=lambda optimum: optimum.rms)
 
     def _random_guesses(
         self, problem: Problem, box: tuple[Floats, Floats], label: str, attempt: int = 0
