@@ -271,10 +271,11 @@ a case runs stays the same, a part of them with `--minutes` and `--only`; with `
 
 An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow.
 `validation/hidden/judge.py` defines that without the diagnosis. A false addition is an added effect that is not hidden
-and whose set of aliases holds nothing hidden. The independent strip has physics of its own beside what is hidden: it is
-no false addition, and may be named first. An effect leads the ranking if nothing stands before it there, whether the
-verdict names it or not. "Outside the library" hides what the product has no effect for. "Effect left out" hides an
-effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a Poisson count's.
+and whose set of aliases holds nothing hidden. The independent strip has physics of its own beside what is hidden: to
+name one of those effects, even first, is no false addition. An effect leads the ranking if nothing stands before it
+there, whether the verdict names it or not. "Outside the library" hides what the product has no effect for. "Effect
+left out" hides an effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a
+Poisson count's.
 Where the answer says to begin with another base model, what it names beside that one counts, and the error is that of
 that one. Errors are in units of the noise that was put in; displacements within 0.25 s of a jump of the strip do not
 count. In the table of all families, what misses its bar is bold."""

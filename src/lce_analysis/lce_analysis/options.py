@@ -163,17 +163,17 @@ class DiagnoseOptions:
         than ``worth_noise``, a shift of a quarter of its noise, and by more than the share ``worth_share`` of what is
         above the noise.
     worse : on data left out no error of a sensor of its stage may rise by more than this share, and of no other sensor
-        by more than ``bent``; that behind the heat by more than half of what the temperature gains, too. A temperature
-        that the effect does nothing to does not speak.
+        by more than ``bent``, or, behind the heat, by more than half of what the temperature gains if that is more. A
+        temperature that the effect does nothing to does not speak.
     agreement : the mean strength of the runs must differ from the null value by so many of its standard errors, which
         include the spread from run to run, and the strength of all runs together by so many of its own.
     alike : the two may differ by this share of the mean, or by so many of the larger of their standard errors.
     most, nearly_all, near : the last effect of a part of the model must take away the share ``most`` of what was left
         above the noise in a sensor, and the share ``nearly_all`` if the RMS error is then still beyond ``near`` times
         the noise; from ``explained`` to ``near`` the share rises in proportion. What takes less stands in for something
-        that neither the library nor the base model holds. Where the
-        measured temperature has to drive the deformation, it must do both. Beside what differs from run to run,
-        ``explained`` takes the place of ``near``.
+        that neither the library nor the base model holds. Where the measured temperature has to drive the deformation,
+        it must take ``nearly_all`` and leave no more than ``near``. Beside what differs from run to run, ``explained``
+        takes the place of ``near``.
     inflated, concentrated : an effect of the heat only resembles what is missing if what is left makes the squared
         standard error of its strength more than ``inflated`` times what noise alone would. Where the temperature is not
         explained, but within ``near`` times its noise, also more than ``concentrated`` times what an error of that size
@@ -183,17 +183,17 @@ class DiagnoseOptions:
     explained : a sensor whose RMS error is within so many times its noise is explained.
     compared_from, other_begins, other_base : where the RMS error of the displacement is beyond ``compared_from`` times
         its noise, the other base models are identified. Those are searched for effects that without any leave at most
-        ``other_begins`` times the squared error of the present one, and of the best: what is missing may look like the
-        wrong form. If there is one, the equilibrium model is searched as well. If in the end one leaves at most the
-        share ``other_base`` of what is above the noise, or no more with fewer effects (up to ``worth_noise``), no
-        effect of the deformation is named beside the present one.
+        ``other_begins`` times the squared error of the best, and of the present one before it got effects of the
+        deformation: what is missing may look like the wrong form. If there is one, the equilibrium model is searched as
+        well. If in the end one leaves at most the share ``other_base`` of what is above the noise, or no more with
+        fewer effects (up to ``worth_noise``), no effect of the deformation is named beside the present one.
     alias_correlation : |ρ| from which two effects look alike.
     alias_evidence : an effect that looks alike and was not refitted joins the set if it promised more than this share.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.
     min_visibility : an effect is not named below this visibility: a small error in the form of the base model could
         explain the data as well.
     max_effects : effects that are added at most to each part of the model, the heat and the deformation.
-    iterations : of a refit, at most; beside the dynamic model an effect may take a hundred.
+    iterations : most steps of a refit; one with the dynamic model may need a hundred.
     structured : the residual follows a covariate if a curve over it predicts this share of its variance in a run that
         was left out.
     knots : of that curve.

@@ -95,7 +95,8 @@ def diagnosis_tables(found: Diagnosis) -> DiagnosisTables:
 
 def _not_tried(promised_little: Sequence[str], not_examined: Mapping[str, str]) -> Iterator[str]:
     if promised_little:
-        yield f"Not tried, because they promised too little: {', '.join(promised_little)}."
+        names = ", ".join(promised_little)
+        yield f"Not tried, because they promised too little, or less than those that were: {names}."
     events = [name for name, why in not_examined.items() if why == EVENT]
     own = [name for name in not_examined if name not in events and name not in library()]
     unread = [name for name in not_examined if name not in (*events, *own)]

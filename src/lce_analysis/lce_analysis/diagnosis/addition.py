@@ -91,7 +91,8 @@ def add_effect(
     model : to which it is added.
     effect : a name of the library, the path of an effect file, or an effect (with other bounds than its own).
     runs : what the model is fitted to.
-    test_runs : held out; they decide whether the effect is confirmed. Without them each run is left out in turn.
+    test_runs : held out; they decide whether the effect is confirmed. Without them each run is left out
+        in turn, or, with one run or with values of its own for each, each fifth of every run.
     options : when an effect counts as confirmed.
     progress : called after each step.
     cancel : stops between two steps and raises Cancelled.

@@ -129,7 +129,7 @@ class Diagnosis:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The answer in words: the verdict first, or what a sensor or a disturbance did, if much is left of that."""
+        """The answer in words: the verdict, after what a sensor or a disturbance did and which base model is better."""
         return tuple(in_words(self))
 
     def as_json(self) -> dict[str, Any]:
@@ -240,7 +240,8 @@ def diagnose(
     ----------
     model : identified from these or like runs (:func:`fit`); it is refitted to all of them together.
     runs : what the model is to explain.
-    test_runs : held out; they decide whether an effect is worth having. Without them each run is left out in turn.
+    test_runs : held out; they decide whether an effect is worth having. Without them each run is left out in turn,
+        or, with one run or with values of its own for each, each fifth of every run.
     effects : candidates, the whole library if None; those that the model already has are left out.
     options : when an effect counts as missing.
     progress : called after each step.

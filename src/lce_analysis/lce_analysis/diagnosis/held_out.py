@@ -3,9 +3,9 @@
 
 Runs held out by the user decide, if they show what the stage ends in. Without such runs, each run is left out in turn,
 and the model is refitted to the others.
-With a single run, and where something differs from run to run, blocks of every run are left out: what a run has of its
-own only the rest of that run can tell. An effect beside which something differs has to help on the runs held out as
-well, each of which then has a value of its own.
+Where a single run shows what is judged, and where something differs from run to run, blocks of every run are left out:
+what a run has of its own only the rest of that run can tell. An effect beside which something differs has to help on
+the runs held out as well, each of which then has a value of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,12 +51,12 @@ class HeldOut:
 
     @property
     def before(self) -> Misfit:
-        """Without the effect, on every sample."""
+        """Without the effect, on every sample; of blocks, away from jumps."""
         return self.errors.before
 
     @property
     def after(self) -> Misfit:
-        """With the effect, on every sample."""
+        """With the effect, on every sample; of blocks, away from jumps."""
         return self.errors.after
 
 

@@ -126,7 +126,7 @@ def _summed(rows: Sequence[tuple[Channel, NDArray[np.bool_], Sequence[Floats]]],
 class Pair:
     """Errors without and with an effect.
 
-    before, after : on every sample; tables and sentences show these.
+    before, after : on every sample (of blocks left out, away from jumps); tables and sentences show these.
     judged_before, judged_after : away from the jumps of both models; these decide.
     """
 

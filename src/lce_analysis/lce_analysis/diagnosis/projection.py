@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The score test: which direction of the library would take the residual away, before anything is refitted.
 
-With whitened residuals r = W(y - f), Jacobian J = W ∂f/∂θ of the free parameters and g = W ∂f/∂β of an effect of
+With residuals r = W(y - f), Jacobian J = W ∂f/∂θ of the free parameters and g = W ∂f/∂β of an effect of
 strength β, and M = I - J(JᵀJ)⁻¹Jᵀ, which projects the free parameters out (Rao's score, or Lagrange multiplier, test):
 
 - evidence LM = (gᵀMr)² / (s² gᵀMg), χ² with one degree of freedom where the effect is absent;
 - expected strength β̂ = gᵀMr / gᵀMg, and s² LM the reduction of the squared error that it predicts;
 - visibility gᵀMg / gᵀg: near 0 the free parameters mask the effect;
 - aliasing ρ_jk = g_jᵀMg_k / √(g_jᵀMg_j g_kᵀMg_k): near ±1 two effects look alike in these data.
+
+Evidence and visibility are of whitened residuals. For all else W only divides by the sensors' noise, the metric in
+which refits are made and compared.
 """
 
 from dataclasses import dataclass

@@ -15,24 +15,23 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 Standing = Literal["missing", "trace", "rejected", "not tried"]
-"""Worth having; significant, but not worth having; refitted and refused; too little promise for a refit."""
+"""Worth having; significant, but not worth having; refitted and refused; not among the few that promised most."""
 
 REASON: Final[Mapping[Objection, str]] = {
     "": "nothing speaks against it, but another effect explains more",
     "less": "others explain more",
     "part": "it removes a part of the error; too much above the noise is left to name it",
     "resembles": "what it leaves still has its shape: it is much like what is missing, and not the same",
-    "bound": "a parameter of it is at its bound, and more than noise is left: it may stand in for something else, or "
-    "the bound is too narrow",
+    "bound": "a parameter of it is at its bound: it may stand in for something else, or the bound is too narrow",
     "null": "refitted, its strength stays within 0.1 % of its range of its null value, or the error does not fall",
     "chance": "the error falls no more than chance would let it",
     "masked": "the free parameters of the model can do the same",
-    "worse": "an error rises, on data left out or of another sensor",
+    "worse": "an error rises, or the error in the runs does not fall",
     "small": "it removes too little of the error on data left out",
-    "varies": "the runs one by one do not bear out this strength",
+    "varies": "its strength is not clear of its null value, or the runs want another one",
     "driven": "driven by its own temperature, the model as given explains the displacement better without it",
     "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
-    "base": "another base model explains more without it",
+    "base": "another base model does as well or better without it",
 }
 TRACES: Final = frozenset[Objection]({"small", "part", "resembles", "bound"})
 
@@ -107,7 +106,7 @@ def _candidate(search: Search, name: str, score: Score, step: Step | None) -> Ca
         return Candidate(step.trial.score, step.trial, "missing", "worth having", aliases)
     trial = search.trials.tried.get(name)
     if trial is None:
-        why = f"it promised too little for a refit{_at_default_only(score.effect)}"
+        why = f"it promised too little for a refit, or less than those that were tried{_at_default_only(score.effect)}"
         return Candidate(score, None, "not tried", why, aliases)
     standing: Standing = "trace" if trial.objection in TRACES else "rejected"
     return Candidate(trial.score, trial, standing, reason(trial.effect, trial.objection), aliases)

@@ -35,9 +35,9 @@ PARTS: Final[Mapping[Part, str]] = {
 UNNAMED: Final[Mapping[Objection, str]] = {
     "part": "explains a part of it{fall} and leaves too much to be named: it may stand in for something else, or it is "
     "there and the base model is wrong as well",
-    "resembles": "explains most of it{fall}, but what it leaves still has its shape: something much like it is missing",
-    "bound": "explains a part of it{fall} with a parameter at its bound, and leaves more than noise: it may stand in "
-    "for something else, or the bound is too narrow",
+    "resembles": "takes much of it{fall}, but what it leaves still has its shape: something much like it is missing",
+    "bound": "explains a part of it{fall} with a parameter at its bound: it may stand in for something else, or the "
+    "bound is too narrow",
 }
 """What the answer says of an effect that explains much and that it does not name."""
 AT_JUMPS: Final = 1.1
@@ -88,9 +88,10 @@ def _jumps(found: Diagnosis) -> Iterator[str]:
 def _other_base(found: OtherBase, present: str) -> Iterator[str]:
     """Which base model to begin with, the errors that say so, and the effects that it lacks itself."""
     other, own = found.other.rms[DISPLACEMENT], found.present.rms[DISPLACEMENT]
+    fewer = ", with fewer effects" if len(found.added) < len(found.effects) else ""
     yield (
         f"Begin with another base model: on {', '.join(found.runs)} the deformation model "
-        f"{_with(found.deformation, found.added)} leaves {other:.2f} × the noise of the displacement, "
+        f"{_with(found.deformation, found.added)} leaves {other:.2f} × the noise of the displacement{fewer}, "
         f"{_with(present, found.effects)} leaves {own:.2f}. `{_command(found.model)}` identifies it."
     )
     for step in found.steps:
@@ -130,7 +131,7 @@ def outcome(held_out: HeldOut, objection: str) -> str:
     """What data left out say of an effect: "confirmed on prbs: T 4.66 → 2.03 × noise, …"."""
     on = _on(held_out)
     if objection:
-        return f"not confirmed on {on}: {objection} ({changes(held_out.before, held_out.after)})"
+        return f"not confirmed: {objection}; on {on}: {changes(held_out.before, held_out.after)}"
     return f"confirmed on {on}: {changes(held_out.before, held_out.after)}"
 
 
@@ -189,7 +190,7 @@ def _held_out_levels(found: Diagnosis) -> Iterator[str]:
     if not held_out.total:
         return
     more = any(held_out.rms[c] > LESS_WELL * max(learnt.rms.get(c, 0.0), 1.0) for c in held_out.total)
-    told = ": the runs learnt from do not show what these do" if more else ""
+    told = ", more than of the runs learnt from" if more else ""
     yield f"Of {', '.join(found.held_out)}, held out, it leaves {_levels(held_out)}{told}."
 
 
@@ -214,7 +215,10 @@ def _step(step: Step) -> Iterator[str]:
     yield from _gets_worse(step)
     yield from _since(step)
     if others := step.alias_set[1:]:
-        yield f"These data cannot tell it from {', '.join(others)}; `lce design` finds the experiment that would."
+        yield (
+            f"In its place {', '.join(others)} would explain nearly as much; `lce design` finds the experiment that "
+            "tells them apart."
+        )
 
 
 def _named(step: Step) -> str:
@@ -274,15 +278,25 @@ def _stage_at_fault(found: Diagnosis) -> Iterator[str]:
 
 def _left_out(found: Diagnosis) -> Iterator[str]:
     """What was left out where no run was held out, or none that shows a sensor."""
-    judged = {accepted.held_out.how for accepted in found.accepted}
-    blocks = "each block in turn" in judged if judged else len(found.runs) == 1
-    instead = "blocks of each run were left out in turn" if blocks else "each run was left out in turn"
+    tried = [c.trial.held_out for c in found.candidates if c.trial is not None]
+    judged = [h for h in (*tried, *(accepted.held_out for accepted in found.accepted)) if h is not None]
     if not found.held_out:
-        yield f"No run was held out: {instead}. Give one with --test."
-    else:
-        shown = found.test.misfit["after"].total
-        for channel in (c for c in found.train.misfit["after"].total if c not in shown):
-            yield f"The runs held out show no {channel.name}: to judge that, {instead}. Give one that does with --test."
+        yield f"No run was held out{_instead(judged)}. Give one with --test."
+        return
+    shown = found.test.misfit["after"].total
+    for channel in (c for c in found.train.misfit["after"].total if c not in shown):
+        instead = _instead([h for h in judged if channel in h.before.total])
+        yield f"The runs held out show no {channel.name}{instead}. Give one that does with --test."
+
+
+def _instead(judged: Sequence[HeldOut]) -> str:
+    """What was left out in turn to judge effects; nothing if none was judged so."""
+    how = {held_out.how for held_out in judged}
+    runs, blocks = "each run in turn" in how, "each block in turn" in how
+    if not (runs or blocks):
+        return ""
+    what = "each run, or blocks of each run," if runs and blocks else "each run" if runs else "each block of every run"
+    return f": instead, {what} was left out in turn"
 
 
 def _levels(misfit: Misfit) -> str:

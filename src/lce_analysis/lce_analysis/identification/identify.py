@@ -286,11 +286,16 @@ class _Search:
         return replace(best[0], model=self.model, free=places)
 
     def _thermal_guesses(self) -> Iterator[Model]:
-        """Several time constants of a lumped model; a Hammerstein–Wiener model begins as the lumped one that fits."""
+        """Several time constants of a lumped model; a Hammerstein–Wiener model begins as the lumped one that fits.
+
+        Any other begins at its own values.
+        """
         if not self.options.time_constants:
             yield self.model
         elif self.model.thermal == "lumped":
             yield from (with_thermal_guess(self.model, self.inputs, tau) for tau in self.options.time_constants)
+        elif self.model.thermal != "hammerstein_wiener":
+            yield self.model
         else:
             lumped = _Search(default_model("lumped", "none"), self.inputs, self.options, self.progress)
             lumped.thermal()

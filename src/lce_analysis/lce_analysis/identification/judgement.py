@@ -124,12 +124,12 @@ class ChannelJudgement:
         }
 
 
-def poor_channels(result: FitResult, share: float = DESCRIBES) -> dict[Channel, float]:
-    """NRMSE of the channels of which a fit leaves more than this share, and more than twice the noise."""
+def poor_channels(result: FitResult) -> dict[Channel, float]:
+    """NRMSE of the channels of which a fit leaves more than ``DESCRIBES``, and more than twice the noise."""
     runs = [run_input.run for run_input in result.problem.inputs]
     noise, problem = sensor_noise(runs, SENSORS), result.problem
     rms = {c: problem.series_rms(problem.first(), c) for c in SENSORS}
-    return {c: x for c, x in left(problem).items() if x > share and rms[c] > ABOVE_NOISE * noise[c]}
+    return {c: x for c, x in left(problem).items() if x > DESCRIBES and rms[c] > ABOVE_NOISE * noise[c]}
 
 
 def judge(

@@ -39,6 +39,8 @@ PARAMETER_STEP: Final = 1e-6
 START_STEP_K: Final = 1e-4
 """Steps of the differences: of a parameter as a search variable, and of a start temperature."""
 
+ROWS_AT_ONCE: Final = 16
+"""Parameter sets that one thread simulates in one call."""
 _CORES: Final = os.cpu_count() or 1
 _POOL = ThreadPoolExecutor(max_workers=_CORES)
 """The kernels release the interpreter lock, so threads use all cores."""
@@ -336,11 +338,11 @@ class Problem:
         ends = np.cumsum([series.size for series in self.observed]).tolist()
         return [slice(end - s.size, end) for s, end in zip(self.observed, ends, strict=True) if s.run == run]
 
-    def rms_of_rows(self, free: Floats, chunk: int = 16) -> Floats:
+    def rms_of_rows(self, free: Floats) -> Floats:
         """Weighted RMS residual (m,) of rows of free parameters (m, k); infinite where the model gives no number."""
 
         def rms_of_chunk(begin: int) -> Floats:
-            rows = free[begin : begin + chunk]
+            rows = free[begin : begin + ROWS_AT_ONCE]
             total = np.zeros(rows.shape[0])
             for i in range(len(self.inputs)):
                 start = np.full(rows.shape[0], self.starts_k[i])
@@ -349,7 +351,7 @@ class Problem:
                     total += np.sum((modelled - series.weighted(series.measured)) ** 2, axis=1)
             return np.sqrt(total / self.size)
 
-        rms = np.concatenate(list(_POOL.map(rms_of_chunk, range(0, free.shape[0], chunk))))
+        rms = np.concatenate(list(_POOL.map(rms_of_chunk, range(0, free.shape[0], ROWS_AT_ONCE))))
         return np.where(np.isfinite(rms), rms, np.inf)
 
     def series_rms(self, variables: Floats, channel: Channel) -> float:

@@ -27,9 +27,9 @@ SHOWN: Final = 3
 LEAST: Final = 0.005
 """Share of the residual's variance below which a dependence is not drawn."""
 ABOUT_EVIDENCE: Final = (
-    "This is what chose the candidates to be tried; it does not decide. Evidence is the score test's χ² after the free "
-    "parameters were projected out, visible is the part of the effect that they do not mask, and an effect would show "
-    "from the strength given."
+    "None of this decides, but for one thing: of what is hardly visible no name is given. Evidence is the score test's "
+    "χ² after the free parameters were projected out, visible is the part of the effect that they do not mask, and an "
+    "effect would show from the strength given. What was tried was chosen by the share of the error that it promised."
 )
 ABOUT_REST: Final = (
     "How much of the residual's variance a curve over each quantity predicts in runs that were left out. Noise "

@@ -67,7 +67,10 @@ def fill(state: WorkbenchState) -> None:
     tried = [candidate for candidate in found.candidates if candidate.standing != "not tried"]
     for title, members in (
         ("Tried", tried),
-        ("Not tried: they promised too little", [c for c in found.candidates if c not in tried]),
+        (
+            "Not tried: they promised too little, or less than those above",
+            [c for c in found.candidates if c not in tried],
+        ),
     ):
         if members:
             heading(title)
