@@ -226,6 +226,7 @@ FOUND: dict[str, Any] = {
     "case": "equilibrium/creep/clear/0", "family": "equilibrium", "hidden": ["creep"], "level": "clear",
     "library": "whole", "misfit": 3.0, "visible": 3.0, "verdict": "missing", "added": ["creep"], "sets": [["creep"]],
     "before": {"temperature": 1.0, "displacement": 3.2}, "after": {"temperature": 1.0, "displacement": 1.1},
+    "after_on_every_sample": {"temperature": 1.0, "displacement": 1.4},
     "fingerprint": "", "fit_s": 2.0, "diagnose_s": 20.0, "advised": "",
 }  # fmt: skip
 ALIAS = FOUND | {"added": ["backlash"], "sets": [["backlash", "creep"]]}

@@ -32,17 +32,17 @@ def kind(hidden: Sequence[str], library: str) -> str:
     return "one" if len(hidden) == 1 else "two"
 
 
-def cases(seeds: int, families: Sequence[str] = (), campaign: str = "full") -> list[Case]:
-    """All cases of some families; of all with both sensors if none is named."""
+def cases(seeds: int, families: Sequence[str] = (), campaign: str = "full", first: int = 0) -> list[Case]:
+    """All cases of some families, of the seeds from ``first`` on; of all with both sensors if none is named."""
     placed = []
     for family in (ALL[name] for name in families or FAMILIES):
-        for kind_, members in _kinds(family, seeds, campaign).items():
+        for kind_, members in _kinds(family, range(first, first + seeds), campaign).items():
             order = np.random.default_rng([KINDS.index(kind_), *family.name.encode()]).permutation(len(members))
             placed += [((place + 0.5) / len(members), members[i]) for place, i in enumerate(order)]
     return [case for _, case in sorted(placed, key=lambda p: (p[0], p[1].name))]
 
 
-def _kinds(family: Family, seeds: int, campaign: str) -> dict[str, list[Case]]:
+def _kinds(family: Family, seeds: Sequence[int], campaign: str) -> dict[str, list[Case]]:
     """Cases by kind. A slow family with effects of its own has few, and none with its library reduced."""
     few = bool(family.own) and not family.heat_only
     levels = ("clear",) if few else ("clear", "weak")
@@ -54,7 +54,7 @@ def _kinds(family: Family, seeds: int, campaign: str) -> dict[str, list[Case]]:
     def add(hidden: tuple[str, ...], level: str, seed: int, library: str = "whole") -> None:
         found[kind(hidden, library)].append(Case(family.name, hidden, level, seed, library, campaign))
 
-    for seed in range(seeds):
+    for seed in seeds:
         for k in range(4 if few else NOTHING):
             add((), "clear", NOTHING * seed + k)
         for level in levels:

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a strip may hide, and how strongly.
 
-The names are those of the product's library where it knows the effect. The strengths are in the units of the truth's
-own forms, which differ from the library's on purpose.
+The names are those of the product's library where it knows the effect; the strengths are in the units of the truth's
+own forms. Of another form than in the library are saturation (a hyperbola), latent heat (a logistic transition), clamps
+(a fin), creep (two retardation times) and a camera's lag (two poles). Of the same form, with other constants, are
+photochemical order, softening and residual strain. The others are the equation that the library has as well.
 """
 
 STRENGTH: dict[str, tuple[float, float]] = {

@@ -129,14 +129,21 @@ FAMILIES = {
             "dynamic",
             exact=True,
         ),
-        Family("relays", Relays.random, MIXED, "kinetic", exact=False),
+        Family(
+            "relays",
+            Relays.random,
+            MIXED,
+            "kinetic",
+            exact=False,
+            may_hide=tuple(name for name in STRENGTH if name != "transition_distribution"),
+        ),
         Family(
             "independent",
             Distributed.random,
             MIXED,
             "kinetic",
             exact=False,
-            may_hide=tuple(name for name in STRENGTH if name in (*LIGHT, *HISTORY, *SENSORS)),
+            may_hide=tuple(n for n in STRENGTH if n in (*LIGHT, *HISTORY, *SENSORS) and n != "emissivity_error"),
             own=OWN,
         ),
     )

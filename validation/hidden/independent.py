@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Truth "independent": the distributed strip of `validation/independent_strip`, as it is.
 
-What may be hidden is what happens outside of it: to the light, to the displacement behind it, and in the sensors. Its
-own physics has effects that a lumped base lacks (:data:`OWN`); to name one of them is no false addition, and "nothing
-hidden" is not nothing here, so the gates of that kind do not count this family.
+What may be hidden is what happens outside of it: to the light, to the displacement behind it, and in the sensors (but
+for an error of the emissivity, which the gain of the base takes). Its own physics has effects that a lumped base lacks
+(:data:`OWN`). To name one of them is no false addition, and "nothing hidden" is not nothing here: neither the gates of
+that kind nor the false additions a case count this family.
 """
 
 from typing import NamedTuple
@@ -14,7 +15,6 @@ from stages import SAMPLE_S, Body, Floats, history
 
 OWN = (
     "radiation", "natural_convection", "latent_heat", "thermal_gradient", "clamp_conduction", "phase_kinetics",
-    "transition_distribution",
 )  # fmt: skip
 REACH_K = 78.0
 

@@ -10,6 +10,9 @@ number, the middle p of the last that turned (a play): nematic are those above i
 
 The order in a nematic domain falls with the temperature as ((T_H - T)/(T_H - T_a))^beta. The population is
 rate-independent and closes its minor loops (return-point memory).
+
+The base that is fitted to it, `kinetic`, shares the stretch of the network and the normal distribution of the middles;
+it has one half-width, and a rate. A spread of the transition is no hidden effect here: the base holds it exactly.
 """
 
 import math

@@ -7,16 +7,19 @@ something, how many get no name at all, and of the names given, how many are rig
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from cases import kind
+from cases import KINDS, kind
+from effects import OUTSIDE
 from families import ALL, Family
 from peer import NOISES
 from scipy.stats import binomtest, chi2
 
 Result = dict[str, Any]
+FOR_FALSE = ("nothing", "one", "two")
+"""Kinds of cases in which the bar counts false additions."""
 VISIBLE = 0.5
 HELD_OUT = 1.3
 
@@ -36,11 +39,16 @@ def of_kind(results: Sequence[Result], *kinds: str) -> list[Result]:
 
 
 def false_additions(result: Result) -> int:
-    """Effects that were added and should not have been; a case that failed counts for one."""
+    """Effects that were added and should not have been; a case that failed counts for one.
+
+    So does the advice of another base model where the base is exact.
+    """
     if "failed" in result:
         return 1
-    real = {*result["hidden"], *ALL[result["family"]].own}
-    return sum(not real & {name, *alias} for name, alias in zip(result["added"], result["sets"], strict=True))
+    family = ALL[result["family"]]
+    real = {*result["hidden"], *family.own}
+    wrong = sum(not real & {name, *alias} for name, alias in zip(result["added"], result["sets"], strict=True))
+    return wrong + bool(family.exact and result["advised"])
 
 
 def named_first(result: Result) -> bool:
@@ -70,14 +78,18 @@ def gates(results: Sequence[Result], family: Family) -> Iterator[Gate]:
     yield gate("visible effect: in a set", seen, lambda r: r["hidden"][0] in found(r), 0.95, 0.95)
     yield gate("visible effect: leads the ranking, named or not", seen, _leads, None, None)
     yield gate(f"named first: held-out error ≤ {HELD_OUT} × noise", right, _at_noise, 0.95, None)
+    yield gate("the same on every sample, at jumps as well", right, _at_noise_everywhere, None, None)
     yield gate("masked effect: no wrong name", masked, lambda r: not false_additions(r), 0.95, 0.95)
     if not family.own:
         nothing = of_kind(results, "nothing")
-        yield gate("nothing hidden: nothing added", nothing, lambda r: not r["added"], 1.0, 1.0)
+        yield gate("nothing hidden: nothing added", nothing, lambda r: not (r["added"] or false_additions(r)), 1.0, 1.0)
         yield gate("nothing hidden: adequate", nothing, lambda r: r["verdict"] == "adequate", 0.95, None)
     yield gate("outside the library: no wrong name", outside, lambda r: not false_additions(r), 0.90, 0.90)
     yield gate("effect left out: no wrong name", left_out, lambda r: not false_additions(r), 0.90, 0.90)
     yield gate("two effects: both found", of_kind(results, "two"), lambda r: set(r["hidden"]) <= found(r), 0.80, 0.80)
+    yield gate(
+        "two effects: both named", of_kind(results, "two"), lambda r: set(r["hidden"]) <= {*r["added"]}, None, None
+    )
     yield gate("aliases: resolved by the designed run", [r for r in one if "resolved" in r], _resolved, 0.80, 0.80)
 
 
@@ -87,6 +99,10 @@ def _leads(result: Result) -> bool:
 
 def _at_noise(result: Result) -> bool:
     return max(result["after"].values()) <= HELD_OUT
+
+
+def _at_noise_everywhere(result: Result) -> bool:
+    return max(result["after_on_every_sample"].values()) <= HELD_OUT
 
 
 def _resolved(result: Result) -> bool:
@@ -102,25 +118,47 @@ def family_table(results: Sequence[Result], family: Family) -> list[str]:
         bar = gate.bars[0 if family.exact else 1]
         wanted = "" if bar is None else "all" if bar == 1.0 else f"≥ {bar:.0%}"
         lines.append(f"| {gate.name} | {wanted} | {_share(gate.passed)} |")
-    lines.append(_false_line(results, family.exact))
-    return [*lines, *_names_lines(results), "", *_numbers(results)]
+    lines += _false_lines(results, family.exact)
+    return [*lines, *_names_lines(results), "", *_numbers(results), *_never_judged(results, family)]
+
+
+def _never_judged(results: Sequence[Result], family: Family) -> list[str]:
+    """Which effects of the library no case has hidden so that they show."""
+    judged = {r["hidden"][0] for r in of_kind(results, "one") if r.get("visible", 0.0) >= VISIBLE}
+    never = [name for name in family.may_hide if name not in (*judged, *OUTSIDE)]
+    return [f"Not judged alone, or never visible: {', '.join(never)}.", ""] if never else []
 
 
 def overview(results: Sequence[Result]) -> list[str]:
-    """A line for each family: what passed each gate with a bar, and false additions; bold where it missed its bar."""
-    rows, names = [], []
-    for family in ALL.values():
-        if not (members := [r for r in results if r["family"] == family.name]):
-            continue
-        found = {g.name: g for g in gates(members, family) if any(bar is not None for bar in g.bars)}
-        names += [name for name in found if name not in names]
-        rows.append((family, len(members), found))
+    """A line for each family, and for all with an exact, and with an imperfect base.
+
+    What passed each gate with a bar, and false additions; bold where it missed its bar.
+    """
+    present = [f for f in ALL.values() if any(r["family"] == f.name for r in results)]
+    rows = [(f.name, [f], f.exact) for f in present]
+    for exact in (True, False):
+        alike = [f for f in present if f.exact is exact]
+        if len(alike) > 1:
+            rows.append((f"all with an {'exact' if exact else 'imperfect'} base", alike, exact))
+    tables = [_with_bars(results, families) for _, families, _ in rows]
+    names = list(dict.fromkeys(name for table in tables for name in table))
     lines = [f"| family | cases | {' | '.join(names)} | false additions |", "|---" * (len(names) + 3) + "|"]
-    for family, size, found in rows:
-        cells = [_cell(found.get(name), family.exact) for name in names]
-        false = _false_cell([r for r in results if r["family"] == family.name], family.exact)
-        lines.append(f"| {family.name} | {size} | {' | '.join(cells)} | {false} |")
+    for (name, families, exact), table in zip(rows, tables, strict=True):
+        members = [r for r in results if r["family"] in {f.name for f in families}]
+        cells = [_cell(table.get(gate), exact) for gate in names]
+        lines.append(f"| {name} | {len(members)} | {' | '.join(cells)} | {_false_cell(members, exact)} |")
     return lines
+
+
+def _with_bars(results: Sequence[Result], families: Sequence[Family]) -> dict[str, Gate]:
+    """The gates that have a bar, by name, of the cases of several families together."""
+    together: dict[str, Gate] = {}
+    for family in families:
+        for gate in gates([r for r in results if r["family"] == family.name], family):
+            if any(bar is not None for bar in gate.bars):
+                before = together[gate.name].passed if gate.name in together else []
+                together[gate.name] = replace(gate, passed=[*before, *gate.passed])
+    return together
 
 
 def _false_cell(members: Sequence[Result], exact: bool) -> str:
@@ -129,9 +167,12 @@ def _false_cell(members: Sequence[Result], exact: bool) -> str:
     return words if count <= bar * size else f"**{words}**"
 
 
-def _false(members: Sequence[Result], exact: bool) -> tuple[int, int, float]:
-    """False additions, the cases that count for them, and how many a case may have."""
-    counted = of_kind(members, "nothing", "one", "two")
+def _false(members: Sequence[Result], exact: bool, *kinds: str) -> tuple[int, int, float]:
+    """False additions, the cases of some kinds that count for them, and how many a case may have.
+
+    With nothing hidden a strip that has physics of its own counts for nothing: every name is right there.
+    """
+    counted = [r for r in of_kind(members, *(kinds or FOR_FALSE)) if r["hidden"] or not ALL[r["family"]].own]
     return sum(false_additions(r) for r in counted), len(counted), 0.05 if exact else 0.15
 
 
@@ -151,15 +192,19 @@ def _share(passed: list[bool]) -> str:
     return f"{count} of {size} | {count / size:.0%} | {interval.low:.0%}–{interval.high:.0%}"
 
 
-def _false_line(members: Sequence[Result], exact: bool) -> str:
+def _false_lines(members: Sequence[Result], exact: bool) -> list[str]:
     """False additions per case, with the interval of a Poisson count."""
-    count, size, bar = _false(members, exact)
-    name = f"| false additions a case (nothing, one or two hidden) | ≤ {bar} |"
-    if not size:
-        return f"{name} no case | | |"
-    low = chi2.ppf(0.025, 2 * count) / 2.0 if count else 0.0
-    high = chi2.ppf(0.975, 2 * count + 2) / 2.0
-    return f"{name} {count} in {size} | {count / size:.2f} | {low / size:.2f}–{high / size:.2f} |"
+    lines = []
+    for words, kinds, told in (("nothing, one or two hidden", FOR_FALSE, True), ("all kinds", KINDS, False)):
+        count, size, bar = _false(members, exact, *kinds)
+        name = f"| false additions a case ({words}) | {f'≤ {bar}' if told else ''} |"
+        if not size:
+            lines.append(f"{name} no case | | |")
+            continue
+        low = chi2.ppf(0.025, 2 * count) / 2.0 if count else 0.0
+        high = chi2.ppf(0.975, 2 * count + 2) / 2.0
+        lines.append(f"{name} {count} in {size} | {count / size:.2f} | {low / size:.2f}–{high / size:.2f} |")
+    return lines
 
 
 def _names_lines(results: Sequence[Result]) -> list[str]:
@@ -262,20 +307,22 @@ def report(results: Sequence[Result], version: str, arguments: str = "", peer: S
     return "\n".join([*lines, *peer_table(results, peer), "## Cases", "", *cases_table(results), ""])
 
 
-HEAD = """Written by `validation/hidden/suite.py {arguments}`, version {version}.
+HEAD = """Written by `validation/hidden/suite.py`, version {version}, run with {arguments}.
 Strips of `validation/hidden`, which share no code with the product, hide an effect. The product fits a base model to
 its training runs, and `lce diagnose` says what is missing. An exact base holds the equations of the strip, an imperfect
-one does not. The `.jsonl` file beside this page holds what was noted of each case, in the order in which they ended.
+one does not. `validation/hidden/effects.py` says which of the hidden effects have another form than in the library.
+Each seed is other strips. Those of seed 0 were used to mend the product, and some are in its tests; those of the
+others were not. The `.jsonl` file beside this page holds what was noted of each case, in the order in which they ended.
 Of each kind of case in each family, those judged are a fair sample. The command goes on with the rest as long as what
 a case runs stays the same, a part of them with `--minutes` and `--only`; with `--fresh` it begins anew.
 
 An effect is visible if it leaves at least half of a sensor's noise that the base cannot follow.
 `validation/hidden/judge.py` defines that without the diagnosis. A false addition is an added effect that is not hidden
-and whose set of aliases holds nothing hidden. The independent strip has physics of its own beside what is hidden: to
-name one of those effects, even first, is no false addition. An effect leads the ranking if nothing stands before it
-there, whether the verdict names it or not. "Outside the library" hides what the product has no effect for. "Effect
-left out" hides an effect that was taken out of the candidates. Intervals are Wilson's; that of the false additions is a
-Poisson count's.
+and whose set of aliases holds nothing hidden; where the base is exact, the advice of another one counts as well. The
+independent strip has physics of its own beside what is hidden: to name one of those effects, even first, is no false
+addition. An effect leads the ranking if nothing stands before it there, whether the verdict names it or not. "Outside
+the library" hides what the product has no effect for. "Effect left out" hides an effect that was taken out of the
+candidates. Intervals are Wilson's; that of the false additions is a Poisson count's.
 Where the answer says to begin with another base model, what it names beside that one counts, and the error is that of
 that one. Errors are in units of the noise that was put in; displacements within 0.25 s of a jump of the strip do not
 count. In the table of all families, what misses its bar is bold."""

@@ -2,8 +2,7 @@
 """The stages that every truth shares: light, heat, what follows the stretch, and the sensors.
 
 A family's own are the order, which follows from the temperature, and the law of the stretch. Nothing of the product is
-used. What is hidden has forms of its own where physics allows: saturation as a hyperbola, bleaching as a population of
-dye, latent heat as an enthalpy, clamps as a fin of five nodes, creep of two retardation times, a camera of two poles.
+used; `effects` says which of the hidden things have a form of their own.
 
 Light, history and sensors work on whole series at 100 Hz. Heat and order act on each other, so a family runs them
 together with the steps of Runge-Kutta of fourth order at 1 ms (:func:`heat_step`).
@@ -132,9 +131,8 @@ def _rate(t: float, warming: float, ambient: float, fin0: float, body: Body, s: 
     if s.clamp_conduction > 0.0:
         loss += s.clamp_conduction / 0.030 * (t - fin0)
     rate = warming - loss
-    if s.latent_heat > 0.0:  # enthalpy: the transition takes heat around 318 K
-        z = (t - 318.0) / 6.0
-        rate /= 1.0 + s.latent_heat / 1.8 * math.exp(-0.5 * z * z) / (6.0 * math.sqrt(2.0 * math.pi))
+    if s.latent_heat > 0.0:  # the share that has turned is logistic in the temperature, around 318 K
+        rate /= 1.0 + s.latent_heat / 1.8 / (4.0 * 3.5 * math.cosh((t - 318.0) / (2.0 * 3.5)) ** 2)
     return rate
 
 
@@ -160,7 +158,7 @@ def heat_step(state: Floats, power: float, gust: float, time: float, lost: float
             right = ambient if j == FIN - 1 else state[4 + j]
             state[3 + j] += DT / (0.5 * body.slow_s) * (left - 2.0 * state[3 + j] + right)
     state[1] = t if s.thermal_gradient == 0.0 else state[1] + DT / s.thermal_gradient * (t - state[1])
-    state[2] += DT * (0.05 * absorbed * (1.0 - state[2]) - state[2] / 8.0)
+    state[2] += DT * (0.06 * absorbed * (1.0 - state[2]) - state[2] / (0.3 * body.slow_s))
     return float(state[1] + s.photochemical_order * state[2])
 
 
@@ -189,7 +187,7 @@ def displaced(stretch: Floats, temperature_k: Floats, body: Body, hidden: Mappin
     """Displacement [m] from the stretch, (6.8) of Wu (2021), with what hides in the network and behind it."""
     warmer = temperature_k - body.ambient
     stretch = stretch * (1.0 + hidden.get("thermal_expansion", 0.0) * warmer)
-    stretch = stretch + hidden.get("elastic_softening", 0.0) * np.expm1(warmer / 80.0)
+    stretch = stretch + hidden.get("elastic_softening", 0.0) * np.expm1(warmer / 65.0)
     return history(body.length * (1.0 - stretch), hidden, body.slow_s)
 
 
@@ -200,7 +198,7 @@ def history(displacement_m: Floats, hidden: Mapping[str, float], slow_s: float) 
     d = d + hidden.get("creep", 0.0) * (late - d)
     d = _play(d, hidden.get("backlash", 0.0))
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(d)))])
-    d = d + hidden.get("residual_strain", 0.0) * 0.05 * (1.0 - np.exp(-path / 0.05))
+    d = d + hidden.get("residual_strain", 0.0) * 0.04 * (1.0 - np.exp(-path / 0.04))
     return _stick(d, hidden.get("sticking_guide", 0.0))
 
 

@@ -79,6 +79,8 @@ def version() -> str:
     commit = git("log", "-1", "--format=%H", "--", *JUDGED).strip()
     changed = git("diff", "HEAD", "--", *JUDGED)
     name = git("describe", "--always", "--tags", commit).strip()
+    for path in git("ls-files", "--others", "--exclude-standard", "--", *JUDGED).split():
+        changed += path + (FOLDER.parents[1] / path).read_text(encoding="utf-8", errors="replace")
     return f"{name}+{zlib.crc32(changed.encode()):08x}" if changed else name
 
 
@@ -96,7 +98,13 @@ def read(path: Path, now: str) -> list[Result]:
             f"{path} is of version {head.get('version', 'unknown')}, the software is {now}: --fresh begins anew, "
             "--results FILE writes elsewhere"
         )
-    return [json.loads(line) for line in lines[1:]]
+    return [found for line in lines[1:] if "case" in (found := json.loads(line))]
+
+
+def ran(path: Path) -> str:
+    """The arguments of all the commands that have judged cases of this file."""
+    lines = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    return ", then ".join(dict.fromkeys(f"`{line['ran']}`" for line in lines if "ran" in line))
 
 
 def until(end: float, todo: Sequence[Case]) -> Iterator[Case]:
@@ -144,6 +152,7 @@ def options(
     """What the command line says; ``families`` are those that it may name."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--seeds", type=int, default=seeds, help="strips of each kind of case")
+    parser.add_argument("--first-seed", type=int, default=0, help="of the seeds: 0 was used to mend the product")
     parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
     parser.add_argument("--skip", type=int, default=0, help="begin behind so many cases of the order, known already")
     parser.add_argument("--only", default="", help="cases whose name holds this text")
@@ -163,6 +172,7 @@ def options(
 def arguments(args: argparse.Namespace) -> str:
     """What decided which cases were judged, as the command line says it."""
     words = [f"--seeds {args.seeds}"]
+    words += [f"--first-seed {args.first_seed}"] if args.first_seed else []
     words += [f"--skip {args.skip}"] if args.skip else []
     words += [f"--families {' '.join(args.families)}"] if args.families else []
     words += [f"--only {args.only}"] if args.only else []
@@ -178,6 +188,8 @@ def judge_all(chosen: Sequence[Case], done: list[Result], args: argparse.Namespa
         tqdm(total=len(chosen), initial=len(chosen) - len(todo), unit="case", dynamic_ncols=True) as bar,
         args.results.open("a", encoding="utf-8") as log,
     ):
+        if todo and args.minutes > 0.0:
+            log.write(json.dumps({"ran": arguments(args)}) + "\n")
         try:
             for result in run(todo, args.minutes, args.scheduler, args.jobs, judge):
                 done.append(result)
@@ -197,11 +209,11 @@ def main() -> int:
     if args.fresh:
         args.results.unlink(missing_ok=True)
     done = read(args.results, now)
-    chosen = [c for c in cases(args.seeds, args.families, args.campaign) if args.only in c.name]
+    chosen = [c for c in cases(args.seeds, args.families, args.campaign, args.first_seed) if args.only in c.name]
     status = judge_all(chosen, done, args)
     names = {c.name for c in chosen}
     judged, peer = ([r for r in results if r["case"] in names] for results in (done, read_results(args.peer)))
-    text = report(judged, now, arguments(args), peer)
+    text = report(judged, now, ran(args.results), peer)
     print(text)
     if args.out and status == 0:
         args.out.write_text(text, encoding="utf-8")
