@@ -27,7 +27,7 @@ class Equilibrium(NamedTuple):
         """A strip near the one of (4.21)."""
         shift = rng.uniform(-3.0, 3.0)
         a0, b, c = np.array([5.58e-22, 7.70e-20, 7.91e-20]) * rng.uniform(0.93, 1.07, 3)
-        apart, of_cooling = rng.uniform(-1.0, 1.0), 6.76 / 7.91 * rng.uniform(0.98, 1.02)
+        apart, of_cooling = rng.uniform(-0.5, 0.5), 6.76 / 7.91 * rng.uniform(0.99, 1.01)
         heating = _branch(a0, b, c, 305.0 + shift, 10.60 / 1.68 * rng.uniform(0.8, 1.25))
         cooling = _branch(a0, b, c * of_cooling, 291.9 + shift + apart, 3.53 / 0.93 * rng.uniform(0.8, 1.25))
         return cls(random_body(rng, reach_k=78.0), np.ascontiguousarray([heating, cooling]))
