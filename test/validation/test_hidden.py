@@ -400,7 +400,7 @@ def test_a_refit_does_not_let_the_jumps_of_a_strip_drift() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(300)  # a minute on a machine to itself
 @pytest.mark.parametrize(("hidden", "level"), [("thermal_gradient", "weak"), ("elastic_softening", "clear")])
-def test_a_strip_that_jumps_is_explained_to_the_noise_on_every_sample(hidden: str, level: str) -> None:
+def test_a_strip_that_jumps_is_explained_to_the_noise_away_from_its_jumps(hidden: str, level: str) -> None:
     result = judge(Case("chapter-5-literal", (hidden,), level, 0))
     assert result["added"] == [hidden]
     assert result["before"]["displacement"] > 5.0
