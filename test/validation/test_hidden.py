@@ -21,7 +21,7 @@ from judge import judge, over_noise
 from relays import Relays, turn
 from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
-from suite import read, run, until
+from suite import ran, read, run, until
 
 from lce_analysis.diagnosis import add_effect, diagnose
 from lce_analysis.identification import fit
@@ -263,6 +263,35 @@ def test_the_own_physics_of_a_family_is_no_false_addition_and_may_come_first() -
     assert not named_first(first | {"family": "equilibrium"})
     assert false_additions(WRONG | {"family": "independent"}) == 0
     assert false_additions(WRONG | {"family": "independent", "added": ["backlash"], "sets": [["backlash"]]}) == 1
+
+
+def test_the_advice_of_another_base_is_wrong_where_the_base_is_exact() -> None:
+    advised = FOUND | {"hidden": [], "added": [], "sets": [], "verdict": "unexplained", "advised": "kinetic"}
+    assert _gates([advised])["nothing hidden: nothing added"].passed == [False]
+    assert false_additions(advised) == 1
+    assert false_additions(advised | {"family": "relays"}) == 0
+
+
+def test_families_with_a_base_of_the_same_kind_are_counted_together_as_well() -> None:
+    other = WRONG | {"family": "chapter-5-literal", "added": ["radiation"], "sets": [["radiation"]]}
+    text = report([FOUND, other], "v1")
+    assert "| all with an exact base | 2 | **1 of 2** |" in text
+    assert "all with an imperfect base" not in text
+
+
+def test_seeds_that_no_version_was_mended_on() -> None:
+    new = cases(1, ["relays"], first=1)
+    assert not {case.name for case in new} & {case.name for case in cases(1, ["relays"])}
+    assert {case.seed for case in new if not case.hidden} == set(range(20, 40))
+
+
+def test_a_file_of_results_says_which_commands_made_it(tmp_path: Path) -> None:
+    path = tmp_path / "results.jsonl"
+    read(path, "v1")
+    with path.open("a", encoding="utf-8") as log:
+        log.writelines(json.dumps(line) + "\n" for line in ({"ran": "--seeds 1"}, {"case": "a"}, {"ran": "--only x"}))
+    assert ran(path) == "`--seeds 1`, then `--only x`"
+    assert read(path, "v1") == [{"case": "a"}]
 
 
 def test_the_report_has_the_bars_and_every_case() -> None:
