@@ -11,6 +11,7 @@ import numpy as np
 
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
+from lce_analysis.diagnosis.general_form import general_form, unexplained, with_curve
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
@@ -31,6 +32,7 @@ def keep_what_explains(chain: Chain, heat: bool) -> None:
     Parameters that differ from run to run stay only if all of them together do.
     """
     _take_back_needless_differences(chain, heat)
+    _take_back_other_forms(chain, heat)
     _take_back_parts(chain, heat)
     if _take_out_differences_that_explain_too_little(chain, heat):
         _take_back_parts(chain, heat)
@@ -109,6 +111,41 @@ def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
         if not on_data_left_out(step.trial.stage, errors, chain.options):
             continue
         _take_out_difference(chain, step, chain.refitted(model) if part == "heat" else without)
+
+
+def _take_back_other_forms(chain: Chain, heat: bool) -> None:
+    """Take back effects of this part of the model in whose place a free curve explains what they do not.
+
+    The last one may only be held at a bound; then that is what speaks against it.
+    """
+    while steps := chain.of_part(heat, Step):
+        asked = steps[:-1] if _is_at_a_bound(chain, steps[-1]) else steps
+        other = next((step for step in asked if _has_another_form(chain, step)), None)
+        if other is None:
+            return
+        chain.drop(other, "form")
+
+
+def _has_another_form(chain: Chain, step: Step) -> bool:
+    """Does a free curve in the place of an effect explain most of what it leaves, and all that it should?
+
+    So it does where what is missing acts there, and has another form. What was found after the effect may stand in for
+    the difference; it must leave clearly more than the curve does. Effects that together leave no more than a curve
+    explain it as well, by fewer numbers.
+    """
+    options, part = chain.options, step.trial.stage.part
+    form, alone, together = general_form(step.trial.effect), step.with_it.stage(part), chain.present.stage(part)
+    if form is None or alone is None or together is None or not unexplained(alone, options):
+        return False
+    curve = with_curve(step.with_it, part, form, options, chain.progress)
+    if curve is None:
+        return False
+    for channel, left in alone.fit.mean_squares.items():
+        by_curve = curve.mean_squares[channel]
+        explains = left > options.explained**2 >= by_curve and share_of(left, by_curve) >= options.most
+        if explains and by_curve < together.fit.mean_squares[channel] - options.worth_noise:
+            return True
+    return False
 
 
 def _take_back_parts(chain: Chain, heat: bool) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hot strip is softer and sags under its load: σ/E(T), E = E0 exp(-(T - T0)/T_E).
+"""The hot strip is softer and sags under its load: σ/E(T), E = E0 exp(-(T - T0)/T_E), T0 that of the strip at rest.
 
 In the residual: a sag when hot that grows with the load. Like thermal_expansion.
 """
@@ -10,9 +10,9 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def step(stretch: float, temperature: float, sag: float, t_e: float, t_0: float) -> float:
+def step(stretch: float, temperature: float, rest_temperature: float, sag: float, t_e: float) -> float:
     """λ with the sag; that at T0 belongs to the length at rest."""
-    return stretch + sag * math.expm1((temperature - t_0) / t_e)
+    return stretch + sag * math.expm1((temperature - rest_temperature) / t_e)
 
 
 EFFECT = Effect(
@@ -22,7 +22,7 @@ EFFECT = Effect(
     stage="strain",
     equation="lambda -> lambda + sigma/E0 (exp((T - T0)/T_E) - 1)",
     parameters=(
-        Parameter("sag", "1", 0.0, 0.0, 0.1, "strain at T0 under the load σ/E0", "33 kPa under 5 g, computed"),
+        Parameter("sag", "1", 0.0, 0.0, 0.1, "strain at rest under the load σ/E0", "33 kPa under 5 g, computed"),
         Parameter(
             "t_e",
             "K",
@@ -33,7 +33,6 @@ EFFECT = Effect(
             "plausible, no source found",
             scale="log",
         ),
-        Parameter("t_0", "K", 301.15, 250.0, 350.0, "reference temperature T0", "28 °C", fixed=True),
     ),
     outputs=("stretch",),
     step=step,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network expands with the temperature: λ (1 + α_th (T - T_ref)).
+"""The network expands with the temperature: λ (1 + α_th (T - T_ref)), T_ref that of the strip at rest.
 
 In the residual: a linear slope of d above the transition. Like elastic_softening.
 """
@@ -8,9 +8,9 @@ from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
 
-def step(stretch: float, temperature: float, alpha_th: float, t_ref: float) -> float:
-    """λ with the expansion."""
-    return stretch * (1.0 + alpha_th * (temperature - t_ref))
+def step(stretch: float, temperature: float, rest_temperature: float, alpha_th: float) -> float:
+    """λ with the expansion; at rest the strip has its length L0."""
+    return stretch * (1.0 + alpha_th * (temperature - rest_temperature))
 
 
 EFFECT = Effect(
@@ -21,7 +21,6 @@ EFFECT = Effect(
     equation="lambda -> lambda (1 + alpha_th (T - T_ref))",
     parameters=(
         Parameter("alpha_th", "1/K", 0.0, 0.0, 2e-3, "linear expansion coefficient α_th", "plausible, no source found"),
-        Parameter("t_ref", "K", 301.15, 250.0, 350.0, "reference temperature", "28 °C", fixed=True),
     ),
     outputs=("stretch",),
     step=step,

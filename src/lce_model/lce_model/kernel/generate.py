@@ -191,7 +191,7 @@ def _stages(terms: tuple[Term, ...], initial: bool) -> list[str]:
             calls = ["if forced:", "    temperature = drive_next", "else:", *(f"    {c}" for c in calls or ["pass"])]
         lines += calls
         if stage == "surroundings" and initial:
-            lines += ["if temperature != temperature:", "    temperature = ambient"]
+            lines += ["if temperature != temperature:", "    temperature = ambient", "rest_temperature = ambient"]
     return lines
 
 
