@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lce_analysis.discovery.closures import Candidate, Moments, prior_factor, weighed
+from lce_analysis.discovery.closures import Moments, prior_factor, weighed
+from lce_analysis.unknown_function import Candidate
 from lce_model.closures import PLACES, closure
 from lce_model.closures.covariates import COVARIATES
 from lce_model.closures.forms import KNOTS

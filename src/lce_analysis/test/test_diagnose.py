@@ -276,7 +276,7 @@ def test_an_identification_from_scratch_that_parts_the_stages_is_not_gone_on_wit
     apart = Search(BASE, *campaign, [find("creep")], DiagnoseOptions(bent=0.0), silent).present
     assert apart.deformation is not None and set(apart.deformation.channels) < set(trial.stage.channels)
     monkeypatch.setattr(together, "identified_anew", lambda _: apart)
-    assert together._at(together._identified_with_effect(fit), fit, trial) == (fit, trial)
+    assert together._searched_anew(fit, trial) == (fit, trial)
 
 
 def test_where_no_noise_is_left_to_compare_with_there_is_no_evidence() -> None:

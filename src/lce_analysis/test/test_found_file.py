@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit
-from lce_analysis.discovery.closures import Candidate
 from lce_analysis.discovery.curve import Curve
 from lce_analysis.discovery.formulas import Formula
 from lce_analysis.discovery.found_file import FOLLOWING, effect_file, name_of
 from lce_analysis.identification.problem import Problem
+from lce_analysis.unknown_function import Candidate
 from lce_model import Model, default_model, simulate
 from lce_model.closures import PLACES, closure
 from lce_model.closures.covariates import COVARIATES, NUMBER

@@ -6,7 +6,7 @@ import pytest
 
 from lce_analysis import DiagnoseOptions, diagnose
 from lce_analysis.diagnosis.chain import Chain
-from lce_analysis.diagnosis.general_form import GeneralForm, general_form, unexplained, with_curve
+from lce_analysis.diagnosis.general_form import GeneralForm, general_form, refitted_with_curve
 from lce_data.channels import TEMPERATURE
 from lce_data.progress import silent
 from lce_data.run import Run, Series
@@ -57,7 +57,8 @@ def test_an_effect_of_one_quantity_is_a_curve_over_it(effect: str, place: str, q
 
 
 @pytest.mark.parametrize(
-    "effect", ["clamp_conduction", "creep", "camera_lag", "load_shift", "latent_heat", "transition_distribution"]
+    "effect",
+    ["clamp_conduction", "creep", "camera_lag", "load_shift", "load_stretch", "latent_heat", "loss_step"],
 )
 def test_what_remembers_or_depends_on_something_else_is_no_curve(effect: str) -> None:
     assert general_form(find(effect)) is None
@@ -66,23 +67,27 @@ def test_what_remembers_or_depends_on_something_else_is_no_curve(effect: str) ->
 def test_a_curve_explains_what_a_loss_of_another_form_leaves(runs: list[Run]) -> None:
     options, form = DiagnoseOptions(), GeneralForm("heat", "temperature")
     radiating = Chain(HEATER.add(find("radiation")), runs, (), (), options, silent).present
-    assert unexplained(radiating.heat[0], options)
-    curve = with_curve(radiating, "heat", form, options, silent)
+    assert not radiating.heat[0].explained(options)
+    curve = refitted_with_curve(radiating, "heat", form, options, silent)
     assert curve is not None and curve.mean_squares[TEMPERATURE] < 1.05**2
 
 
 def test_a_curve_explains_no_more_beside_the_true_effect(runs: list[Run]) -> None:
     options, form = DiagnoseOptions(), GeneralForm("heat", "temperature")
     true = Chain(HEATER.add(find("natural_convection")), runs, (), (), options, silent).present
-    curve = with_curve(true, "heat", form, options, silent)
+    curve = refitted_with_curve(true, "heat", form, options, silent)
     assert curve is not None
-    assert true.mean_squares[TEMPERATURE] - curve.mean_squares[TEMPERATURE] < options.worth_noise
+    gained = true.mean_squares[TEMPERATURE] - curve.mean_squares[TEMPERATURE]
+    assert 0.0 < gained < options.worth_noise
 
 
 def test_a_curve_over_what_the_runs_do_not_show_is_none(runs: list[Run]) -> None:
     present = Chain(HEATER, runs, (), (), DiagnoseOptions(), silent).present
-    assert with_curve(present, "heat", GeneralForm("heat", "order"), DiagnoseOptions(), silent) is None
-    assert with_curve(present, "deformation", GeneralForm("strain", "temperature"), DiagnoseOptions(), silent) is None
+    assert refitted_with_curve(present, "heat", GeneralForm("heat", "order"), DiagnoseOptions(), silent) is None
+    assert (
+        refitted_with_curve(present, "deformation", GeneralForm("strain", "temperature"), DiagnoseOptions(), silent)
+        is None
+    )
 
 
 def test_an_effect_of_another_form_is_not_named_and_the_true_one_is(runs: list[Run]) -> None:

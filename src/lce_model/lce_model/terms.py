@@ -25,7 +25,7 @@ SIGNALS: Final[dict[str, str]] = {
     "power": "W, laser power held over the step",
     "light": "W, power that counts as light on the strip, after effects of the light",
     "ambient": "K, temperature of the surroundings, mean over the step",
-    "rest_temperature": "K, temperature of the surroundings when the run began, that of the strip at rest",
+    "rest_temperature": "K, temperature of the surroundings when the run began; of the strip without a heat balance",
     "heating": "K/s, heating rate added by effects of the heat balance",
     "heat_capacity": "1, heat capacity after effects, in units of that of the heat balance",
     "temperature": "K, temperature of the strip at the end of the step",

@@ -238,3 +238,20 @@ def test_a_setting_of_an_effect_adds_it() -> None:
 def test_every_signal_has_a_unit() -> None:
     for name, meaning in SIGNALS.items():
         assert ", " in meaning or name == "direction"
+
+
+@pytest.mark.parametrize("name", ["thermal_expansion", "elastic_softening"])
+@pytest.mark.parametrize("base", BASES)
+def test_a_strip_at_rest_has_its_own_length_whatever_the_temperature_of_its_surroundings(name: str, base: str) -> None:
+    effect = find(name)
+    strip = default_model("lumped", base, (name,)).set({"ambient.t_env": 290.0})
+    acting = strip.set({effect.strength_key: effect.typical})
+
+    def moved(start_k: float | None) -> float:
+        """What the effect moves the strip by as the run begins [m]."""
+        pair = (simulation.simulate(model, TIME, 0.0 * POWER, start_k) for model in (strip, acting))
+        without, with_it = (trajectory.displacement_m for trajectory in pair)
+        return float(with_it[0] - without[0])
+
+    assert moved(None) == 0.0
+    assert abs(moved(330.0)) > 3.0 * DISTANCE_M

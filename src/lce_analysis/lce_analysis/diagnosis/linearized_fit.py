@@ -113,6 +113,12 @@ def linearised(problem: Problem) -> LinearizedFit:
     return LinearizedFit(problem, problem.jacobian(variables, residuals=residuals), residuals)
 
 
+def error_as_it_stands(problem: Problem) -> float:
+    """Of a problem as it stands, in units of the noise; infinite where it cannot be simulated."""
+    residual = problem.residuals(problem.first())
+    return float(np.nan_to_num(residual @ residual, nan=np.inf))
+
+
 def without_run(problem: Problem, i: int) -> Problem:
     """The problem of all runs but one."""
     kept = [k for k in range(len(problem.inputs)) if k != i]

@@ -11,7 +11,7 @@ import numpy as np
 
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
-from lce_analysis.diagnosis.general_form import general_form, unexplained, with_curve
+from lce_analysis.diagnosis.general_form import general_form, refitted_with_curve
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
@@ -19,7 +19,7 @@ from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, r
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions, Drive
-from lce_data.channels import TEMPERATURE
+from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model
 
 USUAL_BLOCK: Final = 110.0
@@ -29,13 +29,17 @@ USUAL_BLOCK: Final = 110.0
 def keep_what_explains(chain: Chain, heat: bool) -> None:
     """Keep, of what was accepted in the heat or behind it, what explains most of what that part of the model left.
 
-    Parameters that differ from run to run stay only if all of them together do.
+    Parameters that differ from run to run stay only if all of them together do. What was taken back may have mended
+    what another effect leaves, so all is asked again.
     """
-    _take_back_needless_differences(chain, heat)
-    _take_back_other_forms(chain, heat)
-    _take_back_parts(chain, heat)
-    if _take_out_differences_that_explain_too_little(chain, heat):
+    kept: list[str] | None = None
+    while kept != (left := [accepted.label for accepted in chain.accepted]):
+        kept = left
+        _take_back_needless_differences(chain, heat)
+        _take_back_other_forms(chain, heat)
         _take_back_parts(chain, heat)
+        if _take_out_differences_that_explain_too_little(chain, heat):
+            _take_back_parts(chain, heat)
 
 
 def take_back_superfluous(chain: Chain) -> None:
@@ -60,6 +64,7 @@ def take_back_refuted(chain: Chain) -> None:
         step, reason = refuted
         chain.drop(step, reason)
         _take_out_differences_that_explain_too_little(chain, step.trial.stage.part == "heat")
+        _take_back_other_forms(chain, step.trial.stage.part == "heat")
         chain.finish()
 
 
@@ -114,9 +119,9 @@ def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
 
 
 def _take_back_other_forms(chain: Chain, heat: bool) -> None:
-    """Take back effects of this part of the model in whose place a free curve explains what they do not.
+    """Take back effects of this part of the model at whose place a free curve explains what they do not.
 
-    The last one may only be held at a bound; then that is what speaks against it.
+    Not the last one if a parameter of it is at a bound: further on it may have the form.
     """
     while steps := chain.of_part(heat, Step):
         asked = steps[:-1] if _is_at_a_bound(chain, steps[-1]) else steps
@@ -127,25 +132,34 @@ def _take_back_other_forms(chain: Chain, heat: bool) -> None:
 
 
 def _has_another_form(chain: Chain, step: Step) -> bool:
-    """Does a free curve in the place of an effect explain most of what it leaves, and all that it should?
+    """Does a free curve at the place of an effect explain a sensor that the effect leaves unexplained?
 
-    So it does where what is missing acts there, and has another form. What was found after the effect may stand in for
-    the difference; it must leave clearly more than the curve does. Effects that together leave no more than a curve
-    explain it as well, by fewer numbers.
+    So it does where what is missing acts there, and has another form. The curve has to take most of what the effect
+    leaves, on data left out as well. What was found after the effect may only mend the difference; it must leave
+    clearly more than the curve does. Effects that together leave no more than a curve explain it as well, by fewer
+    numbers.
     """
-    options, part = chain.options, step.trial.stage.part
-    form, alone, together = general_form(step.trial.effect), step.with_it.stage(part), chain.present.stage(part)
-    if form is None or alone is None or together is None or not unexplained(alone, options):
+    options, part, untouched = chain.options, step.trial.stage.part, untouched_by(step.trial.effect)
+    form, alone, together = general_form(step.trial.effect), step.with_it.stage(part), chain.present.mean_squares
+    if form is None or alone is None or not set(step.trial.stage.channels) <= set(alone.channels):
         return False
-    curve = with_curve(step.with_it, part, form, options, chain.progress)
+    if alone.explained(options, untouched):
+        return False
+    curve = refitted_with_curve(step.with_it, part, form, options, chain.progress)
     if curve is None:
         return False
-    for channel, left in alone.fit.mean_squares.items():
-        by_curve = curve.mean_squares[channel]
-        explains = left > options.explained**2 >= by_curve and share_of(left, by_curve) >= options.most
-        if explains and by_curve < together.fit.mean_squares[channel] - options.worth_noise:
-            return True
-    return False
+
+    def explains(channel: Channel, left: float, by_curve: float) -> bool:
+        beyond = channel is not untouched and left > options.explained**2
+        return beyond and by_curve <= options.explained**2 and share_of(left, by_curve) >= options.most
+
+    own, by_curve = alone.fit.mean_squares, curve.mean_squares
+    found = [c for c in own if explains(c, own[c], by_curve[c]) and by_curve[c] < together[c] - options.worth_noise]
+    if not found:
+        return False
+    errors = chain.left_out.errors(alone, curve.problem, "a free curve").errors
+    before, after = errors.judged_before, errors.judged_after
+    return any(explains(c, before.mean_square(c), after.mean_square(c)) for c in found if c in before.total)
 
 
 def _take_back_parts(chain: Chain, heat: bool) -> None:

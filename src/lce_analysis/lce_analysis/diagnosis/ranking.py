@@ -22,7 +22,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "less": "others explain more",
     "part": "it removes a part of the error; too much above the noise is left to name it",
     "resembles": "what it leaves still has its shape: it is much like what is missing, and not the same",
-    "form": "a free curve in its place explains what it leaves: what is missing has another form (`lce discover`)",
+    "form": "a free curve beside it explains what it leaves: another form is missing, or the base model is wrong there",
     "bound": "a parameter of it is at its bound: it may stand in for something else, or the bound is too narrow",
     "null": "refitted, its strength stays within 0.1 % of its range of its null value, or the error does not fall",
     "chance": "the error falls no more than chance would let it",

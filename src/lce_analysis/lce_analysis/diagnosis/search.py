@@ -12,8 +12,7 @@ from functools import cached_property
 from typing import Final
 
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
-from lce_analysis.diagnosis.chain import BETTER, Chain
-from lce_analysis.diagnosis.general_form import general_form, unexplained, with_curve
+from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.linearized_fit import gained
 from lce_analysis.diagnosis.looking_back import (
     bends_the_heat,
@@ -248,10 +247,9 @@ class Search(Chain):
 
     def _step(self, trial: Trial, alias_set: tuple[str, ...], anew: bool = True) -> Step:
         after = self.refitted(self.with_effect_of(trial))
-        after, trial = self._at(self._led_by_a_curve(after, trial), after, trial)
         behind_heat = trial.stage.part != "heat"
         if anew and behind_heat and after.worst_behind_heat > self.options.explained and self._may_be_all(trial):
-            after, trial = self._at(self._identified_with_effect(after), after, trial)
+            after, trial = self._searched_anew(after, trial)
         train, held_out = self.between(self.present, after, trial.held_out, after.drive)
         return Step(self.present, after, train, held_out, trial, alias_set)
 
@@ -265,27 +263,14 @@ class Search(Chain):
             return False
         return not self.of_part(False, Step) or reach(trial, self.options) >= self.options.most
 
-    def _led_by_a_curve(self, fit: StagedFit, trial: Trial) -> StagedFit | None:
-        """Where the effect leaves a sensor unexplained, the model refitted from where a curve in its place leads.
-
-        None if that explains no more.
-        """
-        form, stage = general_form(trial.effect), fit.stage(trial.stage.part)
-        if form is None or stage is None or not unexplained(stage, self.options):
-            return None
-        led = with_curve(fit, trial.stage.part, form, self.options, self.progress)
-        if led is None:
-            return None
-        found = self.refitted(carried(fit.model, led.problem.model))
-        return found if found.error <= fit.error * (1.0 - BETTER) else None
-
-    def _at(self, found: StagedFit | None, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
-        """The fit and the trial at a better minimum, if one was found that is judged on the same sensors."""
-        stage = None if found is None else found.stage(trial.stage.part)
-        if found is None or stage is None or not set(trial.stage.channels) <= set(stage.channels):
+    def _searched_anew(self, fit: StagedFit, trial: Trial) -> tuple[StagedFit, Trial]:
+        """Where much is left, the deformation identified from scratch, with the effect; if that explains more."""
+        anew = self._identified_with_effect(fit)
+        if anew is None or anew.deformation is None or not set(trial.stage.channels) <= set(anew.deformation.channels):
             return fit, trial
-        held_out = self.left_out.errors(trial.stage, stage.fit.problem, trial.effect.name)
-        strengths = strengths_of(stage.fit, trial.effect)
-        return found, replace(
-            trial, fit=stage.fit, gain=gained(trial.stage.fit, stage.fit), strengths=strengths, held_out=held_out
+        found = anew.deformation.fit
+        held_out = self.left_out.errors(trial.stage, found.problem, trial.effect.name)
+        strengths = strengths_of(found, trial.effect)
+        return anew, replace(
+            trial, fit=found, gain=gained(trial.stage.fit, found), strengths=strengths, held_out=held_out
         )

@@ -64,6 +64,10 @@ class StageProblem:
         """The sensors by which it is judged."""
         return tuple(dict.fromkeys(series.channel for series in self.fit.problem.observed))
 
+    def explained(self, options: DiagnoseOptions, but: Channel | None = None) -> bool:
+        """Is every sensor, but one that does not count, within what counts as explained?"""
+        return all(x <= options.explained**2 for channel, x in self.fit.mean_squares.items() if channel is not but)
+
 
 @dataclass(frozen=True)
 class StagedFit:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from lce_analysis.diagnosis.held_out import HeldOut
-from lce_analysis.diagnosis.linearized_fit import LinearizedFit
+from lce_analysis.diagnosis.linearized_fit import LinearizedFit, error_as_it_stands
 from lce_analysis.diagnosis.misfit import NOISE, Misfit, reduction_of, share_removed
 from lce_analysis.diagnosis.score import Score
 from lce_analysis.diagnosis.stage_problem import StageProblem
@@ -113,7 +113,7 @@ def first_step(stage: StageProblem, score: Score, solve: Floats) -> Problem:
     for length in STEP_LENGTHS:
         there = base.at(z + length * shift)
         there = replace(there, model=there.model.set(score.direction.at(null + length * strength)))
-        error = _squared_error(there)
+        error = error_as_it_stands(there)
         if error < least:
             best, least = there, error
     return best
@@ -133,18 +133,12 @@ def effect_alone(stage: StageProblem, score: Score) -> Problem:
     if len(effect.step_sizes) == 1 or score.direction.amplitude.name != effect.strength:
         return at(score.expected_strength)
     tried = sorted({effect.null, score.expected_strength, *(effect.null + size for size in effect.step_sizes)})
-    errors = [_squared_error(at(strength)) for strength in tried]
+    errors = [error_as_it_stands(at(strength)) for strength in tried]
     # Of those that do nothing, the one next to where it begins to do something.
     k = max(i for i, error in enumerate(errors) if error == min(errors))
     bounds = tried[max(k - 1, 0)], tried[min(k + 1, len(tried) - 1)]
-    between = minimize_scalar(lambda strength: _squared_error(at(strength)), bounds=bounds, method="bounded")
+    between = minimize_scalar(lambda strength: error_as_it_stands(at(strength)), bounds=bounds, method="bounded")
     return at(float(between.x) if between.fun < errors[k] else tried[k])
-
-
-def _squared_error(problem: Problem) -> float:
-    """Of a problem as it stands, in units of the noise."""
-    residual = problem.residuals(problem.first())
-    return float(residual @ residual)
 
 
 def reach(trial: Trial, options: DiagnoseOptions) -> float:

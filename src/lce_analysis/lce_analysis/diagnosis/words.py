@@ -36,8 +36,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
     "part": "explains a part of it{fall} and leaves too much to be named: it may stand in for something else, or it is "
     "there and the base model is wrong as well",
     "resembles": "takes much of it{fall}, but what it leaves still has its shape: something much like it is missing",
-    "form": "takes much of it{fall}, but a free curve in its place takes most of the rest as well: what is missing "
-    "acts there and has another form, which `lce discover` looks for",
+    "form": "takes much of it{fall}, but a free curve beside it takes most of the rest as well: what is missing acts "
+    "there in another form, which `lce discover` looks for, or the base model is wrong in that way",
     "bound": "explains a part of it{fall} with a parameter at its bound: it may stand in for something else, or the "
     "bound is too narrow",
 }

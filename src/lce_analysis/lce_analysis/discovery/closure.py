@@ -12,8 +12,9 @@ from lce_analysis.diagnosis.linearized_fit import LinearizedFit, linearised, ref
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Strengths, strengths
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out
-from lce_analysis.discovery.closures import Candidate, Examination, Examined
+from lce_analysis.discovery.closures import Examination, Examined
 from lce_analysis.options import DiscoverOptions
+from lce_analysis.unknown_function import Candidate, with_curve
 from lce_data.progress import Progress
 
 Floats = NDArray[np.float64]
@@ -90,12 +91,8 @@ def refitted(
     base = stage.fit.problem
     weights, covariance = examined.seen
     room = ROOM * np.maximum(np.sqrt(np.diag(covariance)), float(np.max(np.abs(weights))))
-    start = base.model.set({**candidate.settings, **dict(zip(candidate.weights, weights, strict=True))})
-    start = start.hold(
-        {key: (float(w - r), float(w + r)) for key, w, r in zip(candidate.weights, weights, room, strict=True)}
-    )
-    free = tuple(sorted({*base.free, *(start.index(key) for key in candidate.weights)}))
-    fit = refit(replace(base, model=start, free=free), candidate.label, progress, ITERATIONS, TOLERANCE)
+    start = with_curve(base, candidate, weights.tolist(), room.tolist())
+    fit = refit(start, candidate.label, progress, ITERATIONS, TOLERANCE)
     return Closure(examined, stage, fit, stage.fit.error - fit.error, alike)
 
 

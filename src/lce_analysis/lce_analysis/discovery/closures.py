@@ -30,9 +30,10 @@ from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiscoverOptions
 from lce_analysis.prediction import AMBIENT_KEY
+from lce_analysis.unknown_function import Candidate, directions, ends
 from lce_data.progress import Progress
-from lce_model.closures import PLACES, Place, closure
-from lce_model.closures.covariates import COVARIATES, NUMBER, Covariate
+from lce_model.closures import PLACES, closure
+from lce_model.closures.covariates import COVARIATES, NUMBER
 from lce_model.closures.forms import KNOTS
 from lce_model.lag import lagged
 
@@ -42,73 +43,18 @@ SMOOTH: Final = 0.35
 """Correlation length of the curve, as a share of the range of its covariate."""
 WIDTHS: Final = np.geomspace(1e-2, 1e6, 65)
 """Prior standard deviations σ_w that are tried, in units of the size at which a function is just worth noticing."""
-TAILS: Final = 0.002
-"""Share of the samples on either side that lie beyond the ends of the curve."""
 ABSORBED: Final = 1e-3
 """Visibility below which the free parameters of the model do what a part of the curve does."""
 VISITED: Final = 1e-3
 """Share of the weight of the data, as even as it could be, below which a knot was not visited."""
 BLOCK_S: Final = 10.0
 """Length [s] of a block of time; see :mod:`lce_analysis.diagnosis.strength`."""
-FEW_VALUES: Final = frozenset({"branch", "cycle", "power"})
-"""Covariates with few values, none of which is a tail."""
 PLACES_OF: Final[dict[str, tuple[str, ...]]] = {
     "heat": ("light", "heat", "temperature_sensor"),
     "deformation": ("order", "strain", "displacement_sensor"),
     "both": tuple(place.name for place in PLACES),
 }
 """Places that are looked for in the misfit of a part of the model."""
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """An unknown function at one place of the model, of one covariate between two ends; its reference is z0."""
-
-    place: Place
-    covariate: Covariate
-    tau_s: float | None
-    lower: float
-    upper: float
-    reference: float = 0.0
-
-    @property
-    def knots(self) -> Floats:
-        """(KNOTS,) values of the covariate."""
-        return np.linspace(self.lower, self.upper, KNOTS)
-
-    @property
-    def term(self) -> str:
-        """Name of the closure's term."""
-        return closure(self.place.name).name
-
-    @property
-    def settings(self) -> dict[str, float]:
-        """TERM.PARAM to value: of which covariate, between which ends, at strength 1; the curve is still zero."""
-        found = {
-            "strength": 1.0,
-            "covariate": NUMBER[self.covariate.name],
-            "lower": self.lower,
-            "upper": self.upper,
-            "z0": self.reference,
-            **({} if self.tau_s is None else {"tau": self.tau_s}),
-        }
-        return {f"{self.term}.{name}": float(x) for name, x in found.items()}
-
-    @property
-    def label(self) -> str:
-        """Place and covariate, as progress bars and tables show them."""
-        lag = "" if self.tau_s is None else f", {self.tau_s:g} s"
-        return f"{self.place.name} × {self.covariate.name}{lag}"
-
-    @property
-    def strength(self) -> str:
-        """TERM.PARAM of the factor of the whole function."""
-        return f"{self.term}.strength"
-
-    @property
-    def weights(self) -> list[str]:
-        """TERM.PARAM of the curve's values at its knots."""
-        return [f"{self.term}.w_{k + 1}" for k in range(KNOTS)]
 
 
 @dataclass(frozen=True)
@@ -199,13 +145,11 @@ def candidates(problem: Problem, places: Sequence[str], options: DiscoverOptions
     runs = [_covariates(problem, i, options) for i in range(len(problem.inputs))]
     ambient = {v.key: v.value for v in problem.model.values}.get(AMBIENT_KEY, 0.0)
     for name, tau_s in (key for key in runs[0] if all(key in run for run in runs)):
-        values = np.concatenate([run[name, tau_s] for run in runs])
-        tails = 0.0 if name in FEW_VALUES else TAILS
-        lower, upper = (float(x) for x in np.quantile(values, [tails, 1.0 - tails]))
-        if upper - lower > 1e-9 * max(abs(lower), abs(upper)):
+        between = ends(name, np.concatenate([run[name, tau_s] for run in runs]))
+        if between is not None:
             for place in (p for p in PLACES if p.name in places):
                 reference = ambient if name == "temperature" else 0.0
-                yield Candidate(place, COVARIATES[NUMBER[name]], tau_s, lower, upper, reference)
+                yield Candidate(place, COVARIATES[NUMBER[name]], tau_s, *between, reference)
 
 
 def _covariates(problem: Problem, run: int, options: DiscoverOptions) -> dict[tuple[str, float | None], Floats]:
@@ -262,12 +206,7 @@ class Projected:
 
     def directions(self, candidate: Candidate) -> Floats:
         """(K, N) change of the weighted outputs per unit of each weight."""
-        step = closure(candidate.place.name).parameter("w_1").knee
-        model = self.problem.model.set(candidate.settings)
-        rows = [model.set({key: model[key] + step}).vector for key in candidate.weights]
-        response = self.problem.response(np.array(rows))
-        slopes = (response - self.here) / step
-        return np.where(np.isfinite(slopes), slopes, 0.0)
+        return directions(self.problem, candidate, self.here)
 
     def moments(self, candidate: Candidate) -> Moments:
         """Inner products, before and after the free parameters are projected out."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lce_analysis.discovery.closure import Closure
-from lce_analysis.discovery.closures import Candidate
+from lce_analysis.unknown_function import Candidate
 from lce_data.units import KELVIN
 
 Floats = NDArray[np.float64]

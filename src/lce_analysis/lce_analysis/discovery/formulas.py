@@ -20,10 +20,11 @@ from scipy.optimize import minimize
 
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, refit
 from lce_analysis.discovery.closure import Closure, curve_held
-from lce_analysis.discovery.closures import Candidate, Examination, Projected
+from lce_analysis.discovery.closures import Examination, Projected
 from lce_analysis.identification.parallel import each
 from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiscoverOptions
+from lce_analysis.unknown_function import Candidate
 from lce_data.progress import Progress
 from lce_model import Model
 from lce_model.closures.forms import FORMS, Form, Meaning, value

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from lce_analysis.discovery.closures import Candidate
 from lce_analysis.discovery.curve import Curve
 from lce_analysis.discovery.formulas import Formula, bounds_of
+from lce_analysis.unknown_function import Candidate
 from lce_model.closures import closure
 from lce_model.closures.forms import Meaning
 

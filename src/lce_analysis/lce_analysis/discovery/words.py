@@ -11,8 +11,8 @@ from lce_model.closures.covariates import NUMBER
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lce_analysis.discovery.closures import Candidate
     from lce_analysis.discovery.discover import Discovery, Found
+    from lce_analysis.unknown_function import Candidate
 
 MEMORIES = frozenset({"time", "dose", "path", "cycle"})
 """Covariates that only ever grow, as every slow memory seems to do in runs of one kind."""

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lce_analysis.discovery import Found
-    from lce_analysis.discovery.closures import Candidate, Examination, Examined
+    from lce_analysis.discovery.closures import Examination, Examined
     from lce_analysis.discovery.formulas import Formula
+    from lce_analysis.unknown_function import Candidate
 
 Floats = NDArray[np.float64]
 
