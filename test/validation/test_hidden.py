@@ -24,9 +24,12 @@ from stages import Body, Floats
 from suite import ran, read, run, until
 
 from lce_analysis.diagnosis import add_effect, diagnose
+from lce_analysis.diagnosis.looking_back import _leaves_its_shape
+from lce_analysis.diagnosis.search import Search
 from lce_analysis.identification import fit
-from lce_analysis.options import FitOptions
+from lce_analysis.options import DiagnoseOptions, FitOptions
 from lce_data.channels import DISPLACEMENT, POWER, TEMPERATURE
+from lce_data.progress import silent
 from lce_data.run import Run, Series
 from lce_model import Model, default_model
 from lce_model.effects import library
@@ -134,6 +137,14 @@ def test_a_loss_of_another_form_is_not_named_where_it_leaves_a_little_more_than_
     (like_it,) = found.candidates
     assert like_it.trial is not None and 1.2**2 < like_it.trial.fit.mean_squares[TEMPERATURE] < 2.0**2
     assert (found.as_json()["added"], like_it.trial.objection) == ([], "form")
+
+
+@pytest.mark.parametrize(("effect", "resembles"), [("radiation", True), ("natural_convection", False)])
+def test_a_loss_of_another_form_leaves_its_shape_in_the_residual(effect: str, resembles: bool) -> None:
+    train, test = campaign(Case("chapter-5-continuous", ("natural_convection",), "clear", 6))
+    model = fit(default_model("lumped", "none"), train).model
+    search = Search(model, train, test, [library()[effect]], DiagnoseOptions(), silent)
+    assert _leaves_its_shape(search, search.force(library()[effect])) is resembles
 
 
 def _molecules(strip: Dynamic, temperatures: Floats, x: float = 1.0) -> Floats:

@@ -84,10 +84,8 @@ def test_a_curve_explains_no_more_beside_the_true_effect(runs: list[Run]) -> Non
 def test_a_curve_over_what_the_runs_do_not_show_is_none(runs: list[Run]) -> None:
     present = Chain(HEATER, runs, (), (), DiagnoseOptions(), silent).present
     assert refitted_with_curve(present, "heat", GeneralForm("heat", "order"), DiagnoseOptions(), silent) is None
-    assert (
-        refitted_with_curve(present, "deformation", GeneralForm("strain", "temperature"), DiagnoseOptions(), silent)
-        is None
-    )
+    strain = GeneralForm("strain", "temperature")
+    assert refitted_with_curve(present, "deformation", strain, DiagnoseOptions(), silent) is None
 
 
 def test_an_effect_of_another_form_is_not_named_and_the_true_one_is(runs: list[Run]) -> None:
