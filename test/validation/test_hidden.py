@@ -431,6 +431,14 @@ def test_the_deformation_is_judged_behind_the_heat_that_drives_it_in_the_end() -
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)  # a minute on a machine to itself
+def test_an_imitation_that_fits_a_little_better_does_not_stand_in_the_way_of_the_true_effect() -> None:
+    result = judge(Case("chapter-5-literal", ("thermal_gradient",), "weak", 2))
+    assert result.get("failed") is None
+    assert result["added"] == ["thermal_gradient"]  # phase_kinetics is found first, and taken back
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)  # a minute on a machine to itself
 @pytest.mark.parametrize("family", ["chapter-5-literal", "chapter-5-continuous"])
 def test_a_loss_of_another_form_is_not_named_although_it_takes_nearly_all_of_the_error(family: str) -> None:
     train, test = campaign(Case(family, ("natural_convection",), "clear", 1))

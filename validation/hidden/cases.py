@@ -37,7 +37,7 @@ def cases(seeds: int, families: Sequence[str] = (), campaign: str = "full", firs
     placed = []
     for family in (ALL[name] for name in families or FAMILIES):
         for kind_, members in _kinds(family, range(first, first + seeds), campaign).items():
-            order = np.random.default_rng([KINDS.index(kind_), *family.name.encode()]).permutation(len(members))
+            order = np.random.default_rng([first, KINDS.index(kind_), *family.name.encode()]).permutation(len(members))
             placed += [((place + 0.5) / len(members), members[i]) for place, i in enumerate(order)]
     return [case for _, case in sorted(placed, key=lambda p: (p[0], p[1].name))]
 

@@ -85,8 +85,22 @@ class Search(Chain):
     def _forward(
         self, heat: bool, given_up: Callable[[Model], bool] = lambda _: False, may_differ: bool = True
     ) -> None:
-        """Search one part of the model; what was found stays if it explains most of what was to be explained."""
-        effects_left = True
+        """Search one part of the model; what was found stays if it explains most of what was to be explained.
+
+        If nothing of it does, it is searched again without the effect that was found first, as long as another one took
+        most of the error from the same beginning.
+        """
+        while len(self.trials.set_aside) < self.options.contenders:
+            replaceable = self._added(heat, given_up, may_differ)
+            keep_what_explains(self, heat)
+            if not replaceable or self.of_part(heat, Step):
+                break
+            self.trials.set_aside.add(replaceable)
+        self.trials.set_aside.clear()
+
+    def _added(self, heat: bool, given_up: Callable[[Model], bool], may_differ: bool) -> str:
+        """Add to one part of the model whatever passes; the name of the first effect if another could have been it."""
+        effects_left, replaceable = True, ""
         while len(self.of_part(heat, Step)) < self.options.max_effects:
             try:
                 trials, anew = self._far_reaching(heat) if effects_left else ([], False)
@@ -100,8 +114,15 @@ class Search(Chain):
                 continue
             if found is None:
                 break
+            if isinstance(found, Step) and not self.of_part(heat, Step):
+                replaceable = found.added if self._take_most(trials, besides=found.added) else ""
             self.accept(found)
-        keep_what_explains(self, heat)
+        return replaceable
+
+    def _take_most(self, trials: Sequence[Trial], besides: str) -> bool:
+        """Does another effect, which nothing speaks against, take most of the error by itself as well?"""
+        others = (t for t in trials if t.effect.name != besides and t.objection in ("", "less"))
+        return any(trial.reduction >= self.options.most for trial in others)
 
     def _begin_deformation(self) -> None:
         """Where the heat has changed and much is left of the displacement, identify the deformation from scratch.

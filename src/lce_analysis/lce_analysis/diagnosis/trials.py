@@ -31,6 +31,7 @@ class Trials:
 
     scores, tried, aliases : by name of the effect, its score test, its trial, and effects that look like it.
     refused : names of the effects that were not accepted although their trial passed, or were taken back.
+    set_aside : names of the effects that are not tried for now.
     """
 
     def __init__(self, candidates: int, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress) -> None:
@@ -39,6 +40,7 @@ class Trials:
         self.tried: dict[str, Trial] = {}
         self.aliases: dict[str, tuple[str, ...]] = {}
         self.refused: set[str] = set()
+        self.set_aside: set[str] = set()
 
     def likely(self, stages: Sequence[StageProblem]) -> list[Trial]:
         """The candidates that promise most, refitted, not judged yet; the best first."""
@@ -126,7 +128,8 @@ class Trials:
         """The few that promise most, of those that promise a fair part of what would be worth having."""
         gain = self.options.promise * self.options.worth_noise * min(samples(stage.fit.problem.observed).values())
         share = self.options.promise * self.options.worth_share
-        fair = [s for s in scores if s.predicted_gain > gain and s.predicted_reduction > share]
+        tried = (s for s in scores if s.effect.name not in self.set_aside)
+        fair = [s for s in tried if s.predicted_gain > gain and s.predicted_reduction > share]
         return fair[: self.options.refitted]
 
     def _refitted(self, stage: StageProblem, tested: ScoreTestResult, scores: Sequence[Score]) -> list[Trial]:
