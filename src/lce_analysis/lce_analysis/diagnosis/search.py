@@ -88,11 +88,15 @@ class Search(Chain):
         """Search one part of the model; what was found stays if it explains most of what was to be explained.
 
         If nothing of it does, it is searched again without the effect that was found first, as long as another one took
-        most of the error from the same beginning.
+        most of the error from the same beginning. What is found then fitted worse at first: it stays only if it leaves
+        nothing unexplained.
         """
         while len(self.trials.set_aside) < self.options.contenders:
             replaceable = self._added(heat, given_up, may_differ)
             keep_what_explains(self, heat)
+            if self.trials.set_aside and not self._explains_all(self.present, heat):
+                for step in reversed(self.of_part(heat, Step)):
+                    self.drop(step, "part")
             if not replaceable or self.of_part(heat, Step):
                 break
             self.trials.set_aside.add(replaceable)
