@@ -438,6 +438,14 @@ def test_an_imitation_that_fits_a_little_better_does_not_stand_in_the_way_of_the
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)  # half a minute on a machine to itself
+def test_of_two_effects_that_do_the_same_the_one_at_a_bound_comes_second() -> None:
+    result = judge(Case("chapter-5-continuous", ("thermal_expansion",), "clear", 3))
+    assert result.get("failed") is None
+    assert result["sets"] == [["thermal_expansion", "elastic_softening"]]
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(300)  # a minute on a machine to itself
 def test_what_is_found_in_the_place_of_an_imitation_has_to_explain_everything() -> None:
     result = judge(Case("equilibrium", ("phase_kinetics",), "clear", 2, "without"))

@@ -15,9 +15,8 @@ from lce_analysis.diagnosis.general_form import general_form, refitted_with_curv
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import AT_NULL, Objection, on_data_left_out, rises, untouched_by
+from lce_analysis.diagnosis.trial import Objection, on_data_left_out, rises, stands_at_a_bound, untouched_by
 from lce_analysis.identification.stages import acts_on_temperature
-from lce_analysis.identification.transformation import Transformation
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_data.channels import TEMPERATURE, Channel
 from lce_model import Model
@@ -285,26 +284,13 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
 
 
 def _is_at_a_bound(chain: Chain, last: Step) -> bool:
-    """Is the effect at the end of what it can be, and even so leaves a sensor beyond its noise?
-
-    A strength may be at its null, and what may vanish at 0. A time constant, or whatever else is searched by factors,
-    is at neither end of its range where the effect is the true one.
-    """
+    """Is the effect at the end of what it can be, and even so leaves a sensor beyond its noise?"""
     effect, stage = last.trial.effect, chain.present.stage(last.trial.stage.part)
     left = {} if stage is None else stage.fit.mean_squares
     worst = max((x for channel, x in left.items() if channel in last.trial.stage.channels), default=0.0)
     if worst <= chain.options.explained**2:
         return False
-    for value in (v for v in chain.present.model.values if v.term == effect.name and not v.fixed):
-        if value.key != effect.strength_key and value.parameter.scale != "log":
-            continue
-        at = float(Transformation.of([value]).to_box(np.array([value.value]))[0])
-        sides = {value.lower: at, value.upper: 1.0 - at}
-        if value.key == effect.strength_key:
-            sides.pop(effect.null, None)
-        if min(sides.values()) <= AT_NULL:
-            return True
-    return False
+    return stands_at_a_bound(chain.present.model, effect)
 
 
 def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:

@@ -24,7 +24,15 @@ from lce_analysis.diagnosis.looking_back import (
 from lce_analysis.diagnosis.misfit import Misfit, reduction_of
 from lce_analysis.diagnosis.stage_problem import StagedFit, StageProblem, carried
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import Trial, gets_worse, goes_far, on_data_left_out, reach, untouched_by
+from lce_analysis.diagnosis.trial import (
+    Trial,
+    gets_worse,
+    goes_far,
+    on_data_left_out,
+    reach,
+    stands_at_a_bound,
+    untouched_by,
+)
 from lce_analysis.diagnosis.variation import VariationTrial, variation_trial
 from lce_data.channels import TEMPERATURE
 from lce_data.errors import LceError
@@ -175,7 +183,7 @@ class Search(Chain):
         What differs is looked for where a sensor is left beyond the noise, which one effect does not explain.
         """
         step = None
-        for trial in (t for t in trials if not t.objection):
+        for trial in self._in_their_order(trials):
             step, anew = self._confirmed(trial, trials, anew), False
             if step is not None:
                 break
@@ -186,6 +194,21 @@ class Search(Chain):
         if variation is None or (step is not None and step.trial.gain >= SIMPLER * variation.gain):
             return step
         return self._variation_step(variation)
+
+    def _in_their_order(self, trials: Sequence[Trial]) -> list[Trial]:
+        """Trials that nothing speaks against, the best first; where that is at a bound, first those that do the same.
+
+        So softening at the end of its range is a straight line, which thermal expansion is anywhere in its own.
+        """
+
+        def bound(trial: Trial) -> bool:
+            return stands_at_a_bound(trial.fit.problem.model, trial.effect)
+
+        passing = [t for t in trials if not t.objection]
+        if not passing or not bound(passing[0]):
+            return passing
+        alike = self.trials.alias_set(passing[0], trials)
+        return sorted(passing, key=lambda trial: trial.effect.name not in alike or bound(trial))
 
     def _explains_all(self, fit: StagedFit, heat: bool) -> bool:
         """Does the model leave the sensors of a part within what counts as explained?"""

@@ -17,9 +17,11 @@ from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import Strengths
 from lce_analysis.identification.problem import Problem
 from lce_analysis.identification.stages import acts_on_temperature
+from lce_analysis.identification.transformation import Transformation
 from lce_analysis.inputs import differs_between_runs_only
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import TEMPERATURE, Channel
+from lce_model import Model
 from lce_model.effects import Effect
 from lce_model.terms import Parameter
 
@@ -184,6 +186,24 @@ def _at_an_end(trial: Trial) -> bool:
     spec = trial.amplitude
     ends = (end for end in (spec.lower, spec.upper) if end != spec.default)
     return any(abs(trial.strength - end) <= AT_NULL * (spec.upper - spec.lower) for end in ends)
+
+
+def stands_at_a_bound(model: Model, effect: Effect) -> bool:
+    """Is an effect at the end of what it can be?
+
+    A strength may be at its null, and what may vanish at 0. A time constant, or whatever else is searched by factors,
+    is at neither end of its range where the effect is the true one.
+    """
+    for value in (v for v in model.values if v.term == effect.name and not v.fixed):
+        if value.key != effect.strength_key and value.parameter.scale != "log":
+            continue
+        at = float(Transformation.of([value]).to_box(np.array([value.value]))[0])
+        sides = {value.lower: at, value.upper: 1.0 - at}
+        if value.key == effect.strength_key:
+            sides.pop(effect.null, None)
+        if min(sides.values()) <= AT_NULL:
+            return True
+    return False
 
 
 def on_data_left_out(
