@@ -438,6 +438,27 @@ def test_an_imitation_that_fits_a_little_better_does_not_stand_in_the_way_of_the
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(400)  # a minute on a machine to itself
+@pytest.mark.parametrize(
+    ("missing", "seed", "imitation", "objection"),
+    [
+        # Softening with its longest scale is a straight line, and leaves 1.03 × noise.
+        ("thermal_expansion", 3, "elastic_softening", "bound"),
+        # A curve takes most of the 3.4 × noise that an expansion leaves, though not all.
+        ("elastic_softening", 4, "thermal_expansion", "form"),
+    ],
+)
+def test_a_near_twin_of_what_is_missing_is_not_named(missing: str, seed: int, imitation: str, objection: str) -> None:
+    family = "equilibrium" if objection == "bound" else "chapter-5-continuous"
+    train, test = campaign(Case(family, (missing,), "clear", seed))
+    model = fit(default_model("lumped", ALL[family].base), train, FitOptions(seed=seed)).model
+    found = diagnose(model, train, test, [e for e in library().values() if e.name != missing])
+    (like_it,) = (c.trial for c in found.candidates if c.effect.name == imitation)
+    assert like_it is not None
+    assert (found.as_json()["added"], like_it.objection) == ([], objection)
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(300)  # half a minute on a machine to itself
 def test_of_two_effects_that_do_the_same_the_one_at_a_bound_comes_second() -> None:
     result = judge(Case("chapter-5-continuous", ("thermal_expansion",), "clear", 3))

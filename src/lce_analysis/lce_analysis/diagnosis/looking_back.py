@@ -134,9 +134,9 @@ def _has_another_form(chain: Chain, step: Step) -> bool:
     """Does a free curve at the place of an effect explain a sensor that the effect leaves unexplained?
 
     So it does where what is missing acts there, and has another form. The curve has to take most of what the effect
-    leaves, on data left out as well. What was found after the effect may only mend the difference; it must leave
-    clearly more than the curve does. Effects that together leave no more than a curve explain it as well, by fewer
-    numbers.
+    leaves, the more of it the more the curve leaves itself, on data left out as well. What was found after the effect
+    may only mend the difference; it must leave clearly more than the curve does. Effects that together leave no more
+    than a curve explain it as well, by fewer numbers.
     """
     options, part, untouched = chain.options, step.trial.stage.part, untouched_by(step.trial.effect)
     form, alone, together = general_form(step.trial.effect), step.with_it.stage(part), chain.present.mean_squares
@@ -150,7 +150,7 @@ def _has_another_form(chain: Chain, step: Step) -> bool:
 
     def explains(channel: Channel, left: float, by_curve: float) -> bool:
         beyond = channel is not untouched and left > options.explained**2
-        return beyond and by_curve <= options.explained**2 and share_of(left, by_curve) >= options.most
+        return beyond and share_of(left, by_curve) >= _share_needed(by_curve, False, options)
 
     own, by_curve = alone.fit.mean_squares, curve.mean_squares
     found = [c for c in own if explains(c, own[c], by_curve[c]) and by_curve[c] < together[c] - options.worth_noise]
@@ -284,11 +284,12 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
 
 
 def _is_at_a_bound(chain: Chain, last: Step) -> bool:
-    """Is the effect at the end of what it can be, and even so leaves a sensor beyond its noise?"""
+    """Is the effect at the end of what it can be, and even so leaves more than noise of a sensor?"""
     effect, stage = last.trial.effect, chain.present.stage(last.trial.stage.part)
     left = {} if stage is None else stage.fit.mean_squares
-    worst = max((x for channel, x in left.items() if channel in last.trial.stage.channels), default=0.0)
-    if worst <= chain.options.explained**2:
+    judged = set(last.trial.stage.channels) - {untouched_by(effect)}
+    worst = max((x for channel, x in left.items() if channel in judged), default=0.0)
+    if worst <= NOISE + chain.options.worth_noise:
         return False
     return stands_at_a_bound(chain.present.model, effect)
 
