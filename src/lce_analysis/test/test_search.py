@@ -94,7 +94,8 @@ def test_the_heat_alone_is_refitted_as_it_is_before_the_deformation(strip: Model
     ("settings", "left", "at_bound"),
     [
         ({"creep.share": 0.2, "creep.tau_v": 999.9}, 4.0, True),
-        ({"creep.share": 0.2, "creep.tau_v": 999.9}, 1.2, False),
+        ({"creep.share": 0.2, "creep.tau_v": 999.9}, 1.1, True),
+        ({"creep.share": 0.2, "creep.tau_v": 999.9}, 1.04, False),
         ({"creep.share": 0.2, "creep.tau_v": 30.0}, 4.0, False),
         ({"creep.share": 0.0, "creep.tau_v": 30.0}, 4.0, False),
     ],
@@ -255,13 +256,44 @@ def test_each_part_of_the_model_may_have_as_many_effects(strip: Model) -> None:
     assert [step.added for step in search.steps] == ["laser_droop", "creep"]
 
 
+@pytest.mark.parametrize(
+    ("scale_k", "alike", "first"),
+    [
+        (300.0, ("elastic_softening", "thermal_expansion"), "thermal_expansion"),
+        (300.0, ("elastic_softening",), "elastic_softening"),
+        (40.0, ("elastic_softening", "thermal_expansion"), "elastic_softening"),
+    ],
+)
+def test_an_effect_at_a_bound_comes_after_one_that_does_the_same(
+    strip: Model,
+    recorded: Callable[..., Run],
+    monkeypatch: pytest.MonkeyPatch,
+    scale_k: float,
+    alike: tuple[str, ...],
+    first: str,
+) -> None:
+    search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
+    names = ("elastic_softening", "creep", "thermal_expansion")
+    model = default_model("lumped", "equilibrium", names).set(
+        {"elastic_softening.t_e": scale_k, "elastic_softening.sag": 0.01, "creep.share": 0.1}
+    )
+    fit = SimpleNamespace(problem=SimpleNamespace(model=model))
+    trials = [SimpleNamespace(objection="", fit=fit, effect=find(name)) for name in names]
+    monkeypatch.setattr(search.trials, "alias_set", lambda _best, _trials: alike)
+    found = [trial.effect.name for trial in search._in_their_order(trials)]
+    assert (found[0], sorted(found)) == (first, sorted(names))
+
+
 def test_only_the_best_trial_of_a_step_is_identified_from_scratch(
     strip: Model, recorded: Callable[..., Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = Search(strip, [recorded(duration_s=45.0)], (), (), DiagnoseOptions(), silent)
     asked: list[tuple[str, bool]] = []
     refused = SimpleNamespace(objection="chance", name="refused")
-    first, second, third = (SimpleNamespace(objection="", name=name) for name in ("first", "second", "third"))
+    fit = SimpleNamespace(problem=SimpleNamespace(model=strip))
+    first, second, third = (
+        SimpleNamespace(objection="", name=name, fit=fit, effect=find("creep")) for name in ("first", "second", "third")
+    )
 
     def confirmed(trial: SimpleNamespace, _trials: object, anew: bool) -> SimpleNamespace | None:
         asked.append((trial.name, anew))
