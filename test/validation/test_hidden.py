@@ -560,6 +560,17 @@ def test_an_effect_that_only_led_out_of_a_poor_minimum_is_not_named() -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)
+def test_no_other_base_is_advised_beside_one_in_a_poor_minimum() -> None:
+    train, test = campaign(Case("chapter-5-continuous", (), "clear", 19))
+    poor = default_model("lumped", "dynamic").set(POOR)
+    found = diagnose(poor, train, test, [library()["displacement_clip"]])  # which nothing passes that leads out of it
+    assert (found.verdict, found.other_base) == ("adequate", None)
+    assert found.test.misfit["after"].rms[DISPLACEMENT] < 1.3
+    assert [candidate.trial for candidate in found.candidates] == [None]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_an_effect_that_only_led_out_of_a_poor_minimum_is_not_confirmed_where_it_is_added() -> None:
     train, test = campaign(Case("chapter-5-continuous", (), "clear", 19))
     poor = default_model("lumped", "dynamic").set(POOR)

@@ -61,7 +61,9 @@ class Search(Chain):
         may_differ : may parameters of the deformation be found to differ from run to run?
         """
         self._forward(heat=True)
-        self._begin_deformation()
+        if self.accepted:
+            # The deformation was identified behind another temperature.
+            self._leaves_poor_minimum()
         self._forward(heat=False, given_up=given_up, may_differ=may_differ)
         if self.of_part(False, VariationStep):
             # What was found to differ beside the displacement may do what an effect of the heat seemed to.
@@ -116,6 +118,9 @@ class Search(Chain):
         while len(self.of_part(heat, Step)) < self.options.max_effects:
             try:
                 trials, anew = self._far_reaching(heat) if effects_left else ([], False)
+                passing = any(not trial.objection for trial in trials)
+                if not (heat or passing or self.accepted) and self._leaves_poor_minimum():
+                    continue
                 effects_left = bool(trials)
                 if given_up(self._best_of(trials)):
                     for trial in (t for t in trials if not t.objection):
@@ -136,15 +141,13 @@ class Search(Chain):
         others = (t for t in trials if t.effect.name != besides and t.objection in ("", "less"))
         return any(trial.reduction >= self.options.most for trial in others)
 
-    def _begin_deformation(self) -> None:
-        """Where the heat has changed and much is left of the displacement, identify the deformation from scratch.
-
-        It was identified behind another temperature, and may sit in a poor minimum.
-        """
-        if self.accepted and self.present.worst_behind_heat > self.options.near:
-            anew = self.identified_anew(self.present)
-            if anew is not None:
-                self.move(anew)
+    def _leaves_poor_minimum(self) -> bool:
+        """Where much is left of the displacement, go on from an identification from scratch, if that explains more."""
+        anew = self.identified_anew(self.present) if self.present.worst_behind_heat > self.options.near else None
+        if anew is not None:
+            self.move(anew)
+            self.trials.forget_behind_heat()
+        return anew is not None
 
     def _far_reaching(self, heat: bool) -> tuple[list[Trial], bool]:
         """Trials of one part of the model, judged; none if no effect goes far.

@@ -89,6 +89,10 @@ class Trials:
         self.tried[trial.effect.name] = replace(trial, objection=reason)
         self.refused.add(trial.effect.name)
 
+    def forget_behind_heat(self) -> None:
+        """Forget the trials of the deformation: beside another minimum they say nothing."""
+        self.tried = {name: trial for name, trial in self.tried.items() if trial.stage.part == "heat"}
+
     def alias_set(self, best: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
         """The effects that explain the same: refitted nearly as well, or collinear and never refitted.
 
