@@ -570,6 +570,15 @@ def test_no_other_base_is_advised_beside_one_in_a_poor_minimum() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)  # a minute on a machine to itself
+def test_an_effect_beside_another_base_that_leaves_more_than_noise_is_not_named() -> None:
+    result = judge(Case("equilibrium-by-dynamic", ("displacement_drift",), "clear", 4, "without"))
+    assert result.get("failed") is None
+    # The equilibrium model with creep leaves 1.5 × the noise, and without creep no less than the dynamic one.
+    assert (result["advised"], result["added"]) == ("", [])
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_an_effect_that_only_led_out_of_a_poor_minimum_is_not_confirmed_where_it_is_added() -> None:
     train, test = campaign(Case("chapter-5-continuous", (), "clear", 19))

@@ -10,7 +10,7 @@ effects, only the quickest is identified, without any.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from operator import itemgetter
@@ -101,8 +101,9 @@ class OtherBases:
             return model is not search.present.model and self._quickest_does_as_well(before, model)
         if not self._begin_well:
             return False
-        pair = _errors(search, model, self._found[0])
-        return _explains(pair, options) and _leaves_less(pair, options)
+        other, steps = self._found
+        pair = _errors(search, model, other)
+        return _explains(pair, options, steps) and _leaves_less(pair, options)
 
     def better(self) -> OtherBase | None:
         """The best of them; None if none leaves clearly less, or as little with fewer effects."""
@@ -120,7 +121,7 @@ class OtherBases:
             return None
         model, steps = found
         pair = _errors(search, present.model, model)
-        if steps and not _explains(pair, options):
+        if steps and not _explains(pair, options, steps):
             # Too much is left to name an effect; the other form may be worth having by itself.
             model, steps = steps[0].without.model, ()
             pair = _errors(search, present.model, model)
@@ -169,7 +170,7 @@ class OtherBases:
             model, steps = self._searched(begun)
             pair = _errors(search, own, model)
             found.append((pair.judged_after.mean_square(DISPLACEMENT), model, steps))
-            if _explains(pair, search.options):
+            if _explains(pair, search.options, steps):
                 break
         _, model, steps = min(found, key=itemgetter(0))
         return model, steps
@@ -249,11 +250,14 @@ def _left(search: Search, model: Model) -> float:
     return away.mean_square(DISPLACEMENT)
 
 
-def _explains(pair: Pair, options: DiagnoseOptions) -> bool:
-    """Does the second model leave the displacement at its noise, or near it and hardly anything of the error before?"""
+def _explains(pair: Pair, options: DiagnoseOptions, steps: Sequence[Step] = ()) -> bool:
+    """Does the second model leave the displacement at its noise, or near it and hardly anything of the error before?
+
+    Another form with effects of its own has to leave it at its noise: that is more than one guess at once.
+    """
     left = pair.judged_after.mean_square(DISPLACEMENT)
     nearly_all = share_removed(pair.judged_before, pair.judged_after, DISPLACEMENT) >= options.nearly_all
-    return left <= options.explained**2 or (nearly_all and left <= options.near**2)
+    return left <= options.explained**2 or (not steps and nearly_all and left <= options.near**2)
 
 
 def _leaves_less(pair: Pair, options: DiagnoseOptions) -> bool:
