@@ -44,12 +44,11 @@ def runs() -> list[Run]:
     [
         ("radiation", "heat", "temperature"),
         ("natural_convection", "heat", "temperature"),
-        ("ambient_drift", "heat", "time"),
         ("laser_saturation", "light", "power"),
         ("thermal_expansion", "strain", "temperature"),
         ("elastic_softening", "strain", "temperature"),
         ("temperature_clip", "temperature_sensor", "temperature"),
-        ("displacement_drift", "displacement_sensor", "time"),
+        ("displacement_step", "displacement_sensor", "time"),
     ],
 )
 def test_an_effect_of_one_quantity_is_a_curve_over_it(effect: str, place: str, quantity: str) -> None:
@@ -61,6 +60,11 @@ def test_an_effect_of_one_quantity_is_a_curve_over_it(effect: str, place: str, q
     ["clamp_conduction", "creep", "camera_lag", "load_shift", "load_stretch", "latent_heat", "loss_step"],
 )
 def test_what_remembers_or_depends_on_something_else_is_no_curve(effect: str) -> None:
+    assert general_form(find(effect)) is None
+
+
+@pytest.mark.parametrize("effect", ["ambient_drift", "displacement_drift"])
+def test_a_drift_has_no_form_of_its_own(effect: str) -> None:
     assert general_form(find(effect)) is None
 
 

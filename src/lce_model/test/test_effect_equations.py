@@ -50,11 +50,17 @@ def effect(name: str, **values: float) -> Trajectory:
     return simulate(STRIP.set({f"{name}.{k}": v for k, v in settings.items()}), TIME, POWER, inputs=inputs)
 
 
-def order(temperature: float, spread: float = 0.0) -> float:
-    """Q̄ of the strip at rest."""
+def wells(temperature: float, spread: float = 0.0) -> tuple[float, float]:
+    """x and Q3 of the strip at rest."""
     values = {v.name: v.value for v in STRIP.values if v.term == "equilibrium"}
     x, q3, _ = EQUILIBRIUM.step(temperature, spread, 1.0, **values)  # type: ignore[misc]
-    return float(x * q3)
+    return float(x), float(q3)
+
+
+def order(temperature: float, spread: float = 0.0) -> float:
+    """Q̄ of the strip at rest."""
+    x, q3 = wells(temperature, spread)
+    return x * q3
 
 
 def displacement(mean_order: Any) -> Any:
@@ -180,6 +186,16 @@ def test_latent_heat_with_hysteresis() -> None:
     found, expected = effect("latent_heat", hysteresis=5.0).temperature_k, solved(slope, [AMBIENT, AMBIENT + 5.0])[0]
     # In the step in which the power jumps, the transition still follows the rate of the step before.
     close(found, expected, effect("latent_heat").temperature_k, part=4e-3)
+
+
+def test_latent_heat_as_the_order_falls() -> None:
+    def slope(y: Floats, p: float, t: float) -> Floats:
+        falls = (wells(y[0] - 0.01)[0] - wells(y[0] + 0.01)[0]) / 0.02
+        return np.array([bare(y[0], p) / (1.0 + 3.0 / 1.8 * falls)])
+
+    # The slope is that of the step before.
+    found, expected = effect("latent_heat", heat=0.0, order_heat=3.0).temperature_k, solved(slope, [AMBIENT])[0]
+    close(found, expected, BARE.temperature_k, part=2e-3)
 
 
 def test_latent_heat_has_a_derivative_by_its_hysteresis() -> None:

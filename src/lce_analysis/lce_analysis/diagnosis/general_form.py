@@ -62,7 +62,20 @@ class GeneralForm(NamedTuple):
 
 
 def general_form(effect: Effect) -> GeneralForm | None:
-    """The curve of which an effect is a special form; None if it remembers, or depends on more than one quantity."""
+    """The curve of which an effect is a special form; None if it remembers, drifts, or depends on more quantities."""
+    return None if drifts(effect) else _curve(effect)
+
+
+def drifts(effect: Effect) -> bool:
+    """Does it change with time alone, from the beginning? Such an effect has no form of its own.
+
+    Whatever changes at its place with time is a drift, be it straight or not.
+    """
+    form = _curve(effect)
+    return form is not None and form.quantity == "time" and not effect.in_durations
+
+
+def _curve(effect: Effect) -> GeneralForm | None:
     if len(effect.outputs) != 1 or effect.outputs[0] not in PLACE or effect.states or effect.arrays:
         return None
     (changed,) = effect.outputs

@@ -11,16 +11,19 @@ import numpy as np
 
 from lce_analysis.diagnosis.accepted import Accepted, Change, Step, VariationStep
 from lce_analysis.diagnosis.chain import Chain
-from lce_analysis.diagnosis.general_form import general_form, refitted_with_curve
+from lce_analysis.diagnosis.general_form import drifts, general_form, refitted_with_curve
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
 from lce_analysis.diagnosis.trial import Objection, on_data_left_out, rises, stands_at_a_bound, untouched_by
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions, Drive
-from lce_data.channels import TEMPERATURE, Channel
+from lce_analysis.signatures import residual_series, signatures
+from lce_data.channels import DISPLACEMENT, TEMPERATURE, Channel
 from lce_model import Model
 
+SIGNATURES: Final = {"displacement_drift": ("drift", DISPLACEMENT)}
+"""Effects that a residual shows at once: the name of the signature, and the sensor."""
 USUAL_BLOCK: Final = 110.0
 """Samples of a camera at 10 Hz in a block of 10 s, rounded up, for which ``inflated`` is meant."""
 
@@ -234,7 +237,20 @@ def _stands_in(chain: Chain, last: Step) -> Objection:
         return "resembles"
     if _is_at_a_bound(chain, last):
         return "bound"
-    return "" if _explained(chain, last) else "part"
+    return "" if _explained(chain, last) or _seen_at_once(chain, last) else "part"
+
+
+def _seen_at_once(chain: Chain, last: Step) -> bool:
+    """Does the residual without the effect have a signature that nothing but this effect has?
+
+    Then it is named although a wrong base model leaves much beside it. The reading of a sensor that drifts grows
+    straight with time, by the same amount in every run: what a base model has wrong follows what the strip does.
+    """
+    own = SIGNATURES.get(last.added)
+    if own is None:
+        return False
+    beside = residual_series(chain.whole(last.without.model), chain.data.judged.runs, chain.present.drive)
+    return any((one.name, one.channel) == own for one in signatures(beside))
 
 
 def _explained(chain: Chain, last: Step) -> bool:
@@ -268,10 +284,11 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
     form leaves a residual that pulls at its strength, one way here and the other way there: errors clustered in time
     grow far beyond (the sandwich of White 1982 against the plain ones). Where the temperature is not explained, the
     base model lacks something else as well, but that lies anywhere in the runs: they have to grow beyond what it does.
-    Where more is left, and of the deformation, most of which is not explained, this says nothing.
+    Where more is left, and of the deformation, most of which is not explained, this says nothing. Nor does a drift have
+    a shape of its own.
     """
     stage = chain.present.stage("heat")
-    if last.trial.stage.part != "heat" or stage is None:
+    if last.trial.stage.part != "heat" or stage is None or drifts(last.trial.effect):
         return False
     options, left = chain.options, max(stage.fit.mean_squares.values())
     found = strengths_of(stage.fit, last.trial.effect) if left <= options.near**2 else None
