@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from lce_analysis.diagnosis.diagnosis import EVENT
-from lce_analysis.diagnosis.misfit import NOISE, Misfit, share_of
+from lce_analysis.diagnosis.misfit import Misfit, share_of
 from lce_analysis.diagnosis.strength import Estimate
+from lce_analysis.diagnosis.words import BEYOND
 from lce_data.channels import SENSORS, Channel
 from lce_data.units import after_number, in_head
 from lce_model import Model
@@ -317,8 +318,8 @@ def _rms(misfit: Misfit, channel: Channel) -> str:
 
 
 def _went(before: float, after: float) -> str:
-    """Share of a mean squared error above the noise that went."""
-    return percent(share_of(before, after)) if before > NOISE else NOTHING
+    """Share of a mean squared error above the noise that went; of next to nothing there is none."""
+    return percent(share_of(before, after)) if before > BEYOND**2 else NOTHING
 
 
 def percent(share: float) -> str:

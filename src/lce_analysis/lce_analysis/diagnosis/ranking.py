@@ -25,7 +25,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "form": "a free curve beside it explains what it leaves: another form is missing, or the base model is wrong there",
     "bound": "a parameter of it is at its bound: it may stand in for something else, or the bound is too narrow",
     "null": "refitted, its strength stays within 0.1 % of its range of its null value, or the error does not fall",
-    "chance": "the error falls no more than chance would let it",
+    "chance": "the error falls no more than errors that last for seconds may let it fall by chance",
     "masked": "the free parameters of the model can do the same",
     "worse": "an error rises, or the error in the runs does not fall",
     "small": "it removes too little of the error on data left out",

@@ -64,7 +64,8 @@ class Score:
 
     predicted_gain : of the squared error, in units of the noise, at the expected strength.
     predicted_reduction : the share of the error above the noise that would go, all sensors with the same weight.
-    detectable : smallest strength, beyond the null value, whose evidence would reach the critical value.
+    detectable : smallest strength, beyond the null value, whose evidence would reach the critical value, in whichever
+        direction of the effect that is; of one without a slope, of the strengths that were tried.
     """
 
     effect: Effect
@@ -112,13 +113,10 @@ class ScoreTestResult:
     @cached_property
     def scores(self) -> list[Score]:
         """One per effect, the largest predicted reduction of the error first."""
-        best: dict[str, Score] = {}
-        for j in range(len(self.directions)):
-            score = self._score(j)
-            before = best.get(score.effect.name)
-            if before is None or score.predicted_gain > before.predicted_gain:
-                best[score.effect.name] = score
-        found = sorted(best.values(), key=lambda score: -score.predicted_gain)
+        of_effect: dict[str, list[Score]] = {}
+        for j, direction in enumerate(self.directions):
+            of_effect.setdefault(direction.effect.name, []).append(self._score(j))
+        found = sorted(map(_best, of_effect.values()), key=lambda score: -score.predicted_gain)
         return [replace(score, predicted_reduction=self._share(score)) for score in found]
 
     def _share(self, score: Score) -> float:
@@ -139,7 +137,6 @@ class ScoreTestResult:
         # Where the free parameters and the directions explain everything, no noise is left to compare with.
         evidence = max(0.0, self.white.reduction_at(j, white_change) / self.s2) if self.s2 > 0.0 else 0.0
         count = sum(other.effect is effect for other in self.directions)
-        norm = self.white.after[j, j]
         return Score(
             effect=effect,
             direction=d,
@@ -148,14 +145,31 @@ class ScoreTestResult:
             p_value=p_value(evidence, spec.lower >= spec.default, count),
             visibility=float(self.white.visibility[j]),
             expected_strength=spec.default + change,
-            detectable=float(np.sqrt(self.critical_value * self.s2 / norm)) if norm > 0.0 else np.inf,
+            detectable=self._detectable(j),
             predicted_gain=max(0.0, self.plain.reduction_at(j, change)),
         )
+
+    def _detectable(self, j: int) -> float:
+        """Smallest change of the strength in a direction that would be seen, its own step where it has no slope."""
+        d, norm = self.directions[j], self.white.after[j, j]
+        if norm <= 0.0:
+            return np.inf
+        linear = float(np.sqrt(self.critical_value * self.s2 / norm))
+        if len(d.effect.step_sizes) == 1 or d.amplitude.name != d.effect.strength:
+            return linear
+        return abs(d.step_size) if linear <= abs(d.step_size) else np.inf
 
     def collinearity(self, score: Score, name: str) -> float:
         """Largest |ρ| between the direction of ``score`` and any of the effect ``name``."""
         row = self.plain.collinearity[score.index]
         return max((float(row[j]) for j, d in enumerate(self.directions) if d.effect.name == name), default=0.0)
+
+
+def _best(scores: Sequence[Score]) -> Score:
+    """The score in the direction that explains most, of all directions of one effect."""
+    best = max(scores, key=lambda score: score.predicted_gain)
+    alike = (score for score in scores if score.direction.amplitude is best.direction.amplitude)
+    return replace(best, detectable=min(score.detectable for score in alike))
 
 
 def score_test(fit: LinearizedFit, effects: Sequence[Effect], critical_value: float) -> ScoreTestResult:

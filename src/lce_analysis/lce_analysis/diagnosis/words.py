@@ -44,6 +44,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
 """What the answer says of an effect that explains much and that it does not name."""
 AT_JUMPS: Final = 1.1
 """Error on every sample over that away from jumps, from which on it is reported."""
+BEYOND: Final = 1.1
+"""Error of a sensor in units of its noise, from which on the answer says by how much the model is wrong."""
 LESS_WELL: Final = 1.2
 """Error of a sensor in runs held out over that in the runs learnt from, from which on the answer says so."""
 RISES: Final = 1.02
@@ -64,12 +66,15 @@ def in_words(found: Diagnosis) -> Iterator[str]:
     yield from _verdict(found)
     if found.verdict != "adequate":
         yield from _stage_at_fault(found)
-    if found.steps and (left := _amounts(found.discrepancy)):
+    if found.steps and (left := _amounts(_told(found))):
         yield f"Beyond the noise of the sensors the model is still wrong by {left} rms."
     yield from _jumps(found)
     for bound in found.at_bounds:
         yield f"At a bound: {bound.sentence}."
     yield from _traces(found)
+    if found.verdict == "unexplained" and found.other_base is None:
+        advice = dict.fromkeys([*(one.advice for one in found.signatures[:TOLD]), DISCOVER])
+        yield from (f"To try: {one}." for one in advice)
     yield from _left_out(found)
     masked = [c.effect.name for c in found.candidates if c.standing not in ("missing", "trace") and not c.score.shown]
     if masked and found.verdict != "unexplained":
@@ -157,8 +162,6 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
         yield f"Beside {found.before.deformation}, {found.fingerprint}."
     elif found.verdict == "unexplained":
         yield f"{found.fingerprint[:1].upper()}{found.fingerprint[1:]}."
-        advice = dict.fromkeys([*(one.advice for one in found.signatures[:TOLD]), DISCOVER])
-        yield from (f"To try: {one}." for one in advice)
     if found.verdict == "adequate":
         nothing = "No effect is missing" if found.variations or found.other_base else "Nothing is missing"
         yield f"{nothing}: the model leaves {_levels(found.train.misfit['after'])}."
@@ -303,6 +306,12 @@ def _instead(judged: Sequence[HeldOut]) -> str:
 
 def _levels(misfit: Misfit) -> str:
     return " and ".join(f"{rms:.2f} × the noise in the {c.name}" for c, rms in misfit.rms.items())
+
+
+def _told(found: Diagnosis) -> dict[Channel, float]:
+    """What a model is wrong by, of the sensors that it leaves clearly beyond their noise, which is an estimate."""
+    rms = found.train.misfit["after"].rms
+    return {channel: value for channel, value in found.discrepancy.items() if rms[channel] > BEYOND}
 
 
 def _amounts(discrepancy: Mapping[Channel, float]) -> str:
