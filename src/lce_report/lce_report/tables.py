@@ -247,7 +247,8 @@ def _strengths(found: Sequence[ByRun]) -> Table:
     _, _, overall, by_run = found[0]
     runs = [*(["all runs"] if overall else []), *by_run]
     rows = [(run, *(column[i] for column in columns)) for i, run in enumerate(runs)]
-    return Table("Strength that each run wants, ± standard error", head, rows)
+    about = "± standard error; of single runs to first order, which may lie beyond the bounds"
+    return Table(f"Strength that each run wants ({about})", head, rows)
 
 
 def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
@@ -271,7 +272,8 @@ def _ranking(tried: Sequence[Candidate], steps: Sequence[Step]) -> Table:
         )
     changes = (f"{s.symbol} without → with" for s in sensors)
     head = ("effect", MEANING, "strength", "predicted", "went", *changes, "outcome")
-    return Table(f"The candidates that were tried, sorted by what decides ({WITHOUT_WITH})", head, rows)
+    about = f"{WITHOUT_WITH}, beside the model as it was when the effect was tried"
+    return Table(f"The candidates that were tried, sorted by what decides ({about})", head, rows)
 
 
 def _held_out(c: Candidate, accepted: Mapping[str, Step]) -> HeldOut | None:
