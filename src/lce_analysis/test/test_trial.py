@@ -28,7 +28,7 @@ from lce_analysis.diagnosis.trial import (
     with_effect,
 )
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.diagnosis.words import _gets_worse, _less_as_given
+from lce_analysis.diagnosis.words import _gets_worse, _held_out_levels, _less_as_given
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import Sampling
@@ -180,6 +180,22 @@ def test_the_answer_says_which_sensor_the_model_as_given_explains_better() -> No
         "refitted, with what was added, 7.00."
     )
     assert said(49.0, 36.0) == said(49.0, 49.5) == said(0.9, 0.99) == said(36.0, 49.0, ()) == []
+
+
+def test_the_answer_says_that_runs_held_out_are_explained_less_well_than_those_learnt_from() -> None:
+    def said(learnt: float, held_out: float, only_if_more: bool = True) -> list[str]:
+        train, test = ({"after": _misfit({DISPLACEMENT: x})} for x in (learnt, held_out))
+        found: Any = SimpleNamespace(
+            train=SimpleNamespace(misfit=train), test=SimpleNamespace(misfit=test), held_out=("prbs",)
+        )
+        return list(_held_out_levels(found, only_if_more))
+
+    (sentence,) = said(1.0, 4.0)
+    assert sentence == (
+        "Of prbs, held out, the model leaves 2.00 × the noise in the displacement, more than of the runs learnt from."
+    )
+    assert said(3.9, 4.0) == said(0.5, 1.3) == []
+    assert len(said(3.9, 4.0, only_if_more=False)) == 1
 
 
 @pytest.mark.parametrize(

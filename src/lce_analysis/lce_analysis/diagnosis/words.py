@@ -165,7 +165,7 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
     if found.verdict == "adequate":
         nothing = "No effect is missing" if found.variations or found.other_base else "Nothing is missing"
         yield f"{nothing}: the model leaves {_levels(found.train.misfit['after'])}."
-        yield from _held_out_levels(found)
+        yield from _held_out_levels(found, only_if_more=False)
     if found.verdict == "cannot_tell":
         yield (
             f"Something may be missing ({_levels(found.train.misfit['after'])}), but these data cannot tell what: "
@@ -175,6 +175,8 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
         yield from _step(step)
     for variation in found.variations:
         yield _variation(variation, found.model)
+    if found.steps:
+        yield from _held_out_levels(found, only_if_more=True)
     yield from _less_as_given(found)
 
 
@@ -189,14 +191,15 @@ def _less_as_given(found: Diagnosis) -> Iterator[str]:
             )
 
 
-def _held_out_levels(found: Diagnosis) -> Iterator[str]:
+def _held_out_levels(found: Diagnosis, only_if_more: bool) -> Iterator[str]:
     """What the model leaves of the runs held out, and whether that is clearly more than of the runs learnt from."""
     learnt, held_out = found.train.misfit["after"], found.test.misfit["after"]
     if not held_out.total:
         return
     more = any(held_out.rms[c] > LESS_WELL * max(learnt.rms.get(c, 0.0), 1.0) for c in held_out.total)
     told = ", more than of the runs learnt from" if more else ""
-    yield f"Of {', '.join(found.held_out)}, held out, it leaves {_levels(held_out)}{told}."
+    if more or not only_if_more:
+        yield f"Of {', '.join(found.held_out)}, held out, the model leaves {_levels(held_out)}{told}."
 
 
 def _variation(step: VariationStep, model: Model) -> str:
