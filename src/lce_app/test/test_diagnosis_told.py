@@ -193,7 +193,9 @@ def test_a_value_is_told_to_two_digits_of_its_error(value: float, error: float, 
 
 def test_an_adequate_model_says_what_it_leaves_of_the_runs_held_out(found: Diagnosis) -> None:
     adequate = replace(found, verdict="adequate", accepted=())
-    assert any(re.match(r"Of other, held out, the model leaves \d\.\d\d × the noise", line) for line in adequate.sentences)
+    assert any(
+        re.match(r"Of other, held out, the model leaves \d\.\d\d × the noise", line) for line in adequate.sentences
+    )
     worse = found.test.misfit["after"]
     worse = replace(worse, total={channel: 25.0 * x for channel, x in worse.total.items()})
     table = replace(found.test, misfit={**found.test.misfit, "after": worse})
