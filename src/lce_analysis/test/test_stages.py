@@ -22,9 +22,11 @@ def test_strip_and_distance_sensor_do_not(name: str) -> None:
 
 
 @pytest.mark.parametrize("deformation", [name for name in DEFORMATION if name != "none"])
-def test_of_the_library_only_absorption_that_follows_the_order_acts_back(deformation: str) -> None:
+def test_of_the_library_only_what_follows_the_order_acts_back(deformation: str) -> None:
     model = default_model("lumped", deformation)
-    assert [name for name, effect in library().items() if acts_back(effect, model)] == ["order_dependent_absorption"]
+    turns = any("fraction" in term.outputs for term in model.terms)
+    expected = {"order_dependent_absorption", *(["latent_heat"] if turns else [])}
+    assert {name for name, effect in library().items() if acts_back(effect, model)} == expected
 
 
 @pytest.mark.parametrize("model", [BASE, BASE.add("radiation").add("creep").add("camera_lag")], ids=["base", "added"])
