@@ -1,8 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
+from lce_analysis.diagnosis.chain import Chain
 from lce_analysis.diagnosis.projection import p_value, project
+from lce_analysis.diagnosis.score import score_test
+from lce_analysis.options import DiagnoseOptions
+from lce_data.progress import silent
+from lce_data.run import Run, Series
+from lce_model import default_model
+from lce_model.effects import find
 
 RNG = np.random.default_rng(2)
 N = 4000
@@ -50,3 +58,17 @@ def test_a_search_over_a_grid_and_a_side_enter_the_p_value() -> None:
     assert p_value(6.0, True, 1) == pytest.approx(0.5 * p_value(6.0, False, 1))
     assert p_value(6.0, False, 4) == pytest.approx(4.0 * p_value(6.0, False, 1))
     assert p_value(0.0, False, 4) == 1.0
+
+
+@pytest.mark.parametrize(("watt", "shown"), [(1.5, True), (0.1, False)])
+def test_an_end_of_the_camera_is_shown_where_the_strip_would_pass_one_that_was_tried(watt: float, shown: bool) -> None:
+    time = np.arange(0.0, 200.0, 0.5)
+    power = watt * ((time // 50.0) % 2)
+    _, rise, _ = lsim(([30.0], [12.0, 1.0]), power, time, interp=False)
+    noise = 0.05 * np.random.default_rng(3).standard_normal(time.size)
+    run = Run.of("square", Series(time, power), Series(time, 296.0 + rise + noise), sha256="square")
+    clip = find("temperature_clip")
+    (heat,) = Chain(default_model("lumped", "none"), [run], (), (clip,), DiagnoseOptions(), silent).present.heat
+    (score,) = score_test(heat.fit, [clip], 20.0).scores
+    assert score.shown is shown
+    assert not shown or score.detectable in clip.step_sizes
