@@ -137,6 +137,7 @@ FAMILIES = {
             exact=False,
             may_hide=tuple(name for name in STRENGTH if name != "transition_distribution"),
         ),
+        Family("skewed-relays", Relays.random_skewed, MIXED, "kinetic", exact=False),
         Family(
             "independent",
             Distributed.random,

@@ -38,6 +38,8 @@ from lce_model.effects import library
 
 Ideal = Mapping[str, Mapping[Channel, Floats]]
 """What sensors without noise would have shown, by run."""
+TOLD = ("effect", "stage", "standing", "reason", "actual_fall", "strength", "held_out", "aliases")
+"""What is noted of each candidate that was judged on data left out."""
 STEP = 1e-4
 """Of a parameter, in parts of itself, to differentiate the base's response."""
 JUMP, AROUND_S = 20.0, 0.25
@@ -85,6 +87,7 @@ def _judged(case: Case) -> dict[str, Any]:
         "after": over_noise(after, test, ideal),
         "after_on_every_sample": over_noise(after, test, ideal, at_jumps=True),
         "leader": record["candidates"][0]["effect"] if record["candidates"] else "",
+        "tried": [{key: c[key] for key in TOLD} for c in record["candidates"] if c["held_out"]],
         "fingerprint": record["fingerprint"],
         "fit_s": round(fitted - began, 1),
         "diagnose_s": round(seconds, 1),

@@ -13,6 +13,10 @@ rate-independent and closes its minor loops (return-point memory).
 
 The base that is fitted to it, `kinetic`, shares the stretch of the network and the normal distribution of the middles;
 it has one half-width, and a rate. A spread of the transition is no hidden effect here: the base holds it exactly.
+
+Truth "skewed-relays" is further from that base, and from every other one of the product: the middles m follow Gumbel's
+distribution, which has a long tail towards hot; a domain's half-width is larger by ``widening`` (m - mean) than that of
+its class; and the strip shortens in proportion to the order that is lost.
 """
 
 import math
@@ -21,9 +25,22 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from scipy.stats import norm
-from stages import DT, STEPS, Body, Floats, Heat, heat_start, heat_step, lagged, network_stretched, random_body
+from stages import (
+    DT,
+    STEPS,
+    Body,
+    Floats,
+    Heat,
+    heat_start,
+    heat_step,
+    lagged,
+    linearly_stretched,
+    network_stretched,
+    random_body,
+)
 
 WIDTHS = 32
+EULER = 0.5772156649015329
 
 
 class Relays(NamedTuple):
@@ -37,6 +54,8 @@ class Relays(NamedTuple):
     correlation: float
     clearing: float
     beta: float
+    widening: float = 0.0
+    skewed: bool = False
 
     @classmethod
     def random(cls, rng: np.random.Generator) -> "Relays":
@@ -52,6 +71,11 @@ class Relays(NamedTuple):
             beta=rng.uniform(0.13, 0.25),
         )
 
+    @classmethod
+    def random_skewed(cls, rng: np.random.Generator) -> "Relays":
+        """A strip of "skewed-relays"."""
+        return cls.random(rng)._replace(widening=rng.uniform(0.04, 0.12), skewed=True)
+
     def population(self, more_spread: float = 0.0) -> tuple[Floats, Floats, float]:
         """Half-widths and mean middles [K] of the relays, (WIDTHS,) each, and the spread [K] of the middles."""
         deviates = norm.ppf((np.arange(WIDTHS) + 0.5) / WIDTHS)
@@ -64,22 +88,43 @@ class Relays(NamedTuple):
         """Temperature [K] and stretch at each power sample."""
         population = self.population(hidden.get("transition_distribution", 0.0))
         temperature, order, reference = _run(
-            light_w, gusts, self.body, Heat.of(hidden), *population, self.clearing, self.beta
+            light_w,
+            gusts,
+            self.body,
+            Heat.of(hidden),
+            *population,
+            self.widening,
+            self.skewed,
+            self.clearing,
+            self.beta,
         )
-        return temperature, network_stretched(order, reference, self.body.alpha)
+        stretch = linearly_stretched if self.skewed else network_stretched
+        return temperature, stretch(order, reference, self.body.alpha)
 
 
 @njit(cache=True)
-def turn(last: Floats, temperature: float, half_widths: Floats, middles: Floats, spread: float) -> float:
+def turn(
+    last: Floats, temperature: float, half_widths: Floats, middles: Floats, spread: float,
+    widening: float = 0.0, skewed: bool = False,
+) -> float:  # fmt: skip
     """Turn the relays at a temperature [K], ``last`` (WIDTHS,) being the middles of the last that turned.
 
     Returns the share that is nematic.
     """
     total = 0.0
     for i in range(last.size):
-        last[i] = min(max(last[i], temperature - half_widths[i]), temperature + half_widths[i])
-        total += 0.5 * math.erfc((last[i] - middles[i]) / (spread * math.sqrt(2.0)))
+        at_mean = half_widths[i] - widening * middles[i]  # the half-width is this and widening times the middle
+        hot, cold = (temperature - at_mean) / (1.0 + widening), (temperature + at_mean) / (1.0 - widening)
+        last[i] = min(max(last[i], hot), cold)
+        deviate = (last[i] - middles[i]) / spread
+        total += 1.0 - _gumbel(deviate) if skewed else 0.5 * math.erfc(deviate / math.sqrt(2.0))
     return total / last.size
+
+
+@njit(cache=True)
+def _gumbel(deviate: float) -> float:
+    """Distribution function of Gumbel's law with mean 0 and standard deviation 1."""
+    return math.exp(-math.exp(-(deviate * math.pi / math.sqrt(6.0) + EULER)))
 
 
 @njit(cache=True)
@@ -90,17 +135,17 @@ def _well(temperature: float, ambient: float, clearing: float, beta: float) -> f
 @njit(cache=True)
 def _run(
     light: Floats, gusts: Floats, body: Body, s: Heat, half_widths: Floats, middles: Floats, spread: float,
-    clearing: float, beta: float,
+    widening: float, skewed: bool, clearing: float, beta: float,
 ) -> tuple[Floats, Floats, float]:  # fmt: skip
     temperature, orders = np.empty(light.size), np.empty(light.size)
     heat = heat_start(body)
-    last = body.ambient + half_widths  # cooled from above
-    share = turn(last, body.ambient, half_widths, middles, spread)
+    last = np.full(half_widths.size, np.inf)  # cooled from above
+    share = turn(last, body.ambient, half_widths, middles, spread, widening, skewed)
     reference = order = share * _well(body.ambient, body.ambient, clearing, beta)
     for i in range(light.size):
         temperature[i], orders[i] = heat[0], order
         for k in range(STEPS):
             felt = heat_step(heat, light[i], gusts[i], (i * STEPS + k) * DT, 1.0 - order / reference, body, s)
-            share = lagged(turn(last, felt, half_widths, middles, spread), share, s)
+            share = lagged(turn(last, felt, half_widths, middles, spread, widening, skewed), share, s)
             order = share * _well(felt, body.ambient, clearing, beta)
     return temperature, orders, reference

@@ -183,6 +183,11 @@ def network_stretched(order: Floats, reference: float, alpha: float) -> Floats:
     return np.asarray((ratio / (1.0 + alpha)) ** (1.0 / 3.0))
 
 
+def linearly_stretched(order: Floats, reference: float, alpha: float) -> Floats:
+    """Stretch in proportion to the order, 1 at the reference and that of the isotropic network where there is none."""
+    return np.asarray(1.0 - (1.0 - (1.0 + alpha) ** (-1.0 / 3.0)) * (1.0 - order / reference))
+
+
 def displaced(stretch: Floats, temperature_k: Floats, body: Body, hidden: Mapping[str, float]) -> Floats:
     """Displacement [m] from the stretch, (6.8) of Wu (2021), with what hides in the network and behind it."""
     warmer = temperature_k - body.ambient
