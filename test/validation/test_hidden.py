@@ -23,7 +23,7 @@ from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
 from suite import ran, read, run, until
 
-from lce_analysis.diagnosis import add_effect, diagnose
+from lce_analysis.diagnosis import Diagnosis, add_effect, diagnose
 from lce_analysis.diagnosis.looking_back import _leaves_its_shape
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.identification import fit
@@ -193,11 +193,13 @@ def test_the_wells_of_chapter_5_are_one_above_t1_and_the_barrier_is_at_zero_belo
 def _turned(strip: Relays, temperatures: Floats) -> Floats:
     half_widths, middles, spread = strip.population()
     last = temperatures[0] + half_widths
-    return np.asarray([turn(last, t, half_widths, middles, spread) for t in temperatures])
+    form = strip.widening, strip.skewed
+    return np.asarray([turn(last, t, half_widths, middles, spread, *form) for t in temperatures])
 
 
-def test_relays_close_their_loops_and_do_not_care_how_fast() -> None:
-    strip = Relays.random(np.random.default_rng(2))
+@pytest.mark.parametrize("random", [Relays.random, Relays.random_skewed])
+def test_relays_close_their_loops_and_do_not_care_how_fast(random: Callable[[np.random.Generator], Relays]) -> None:
+    strip = random(np.random.default_rng(2))
     out, back = np.linspace(290.0, 326.0, 400), np.linspace(326.0, 316.0, 100)
     path = np.concatenate([out, back, back[::-1], np.linspace(326.0, 350.0, 200), np.linspace(350.0, 290.0, 600)])
     order = _turned(strip, path)
@@ -395,6 +397,33 @@ def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
         assert result["added"] == []
     elif ALL[family].exact:
         assert max(result["after"].values()) < 1.3
+
+
+@pytest.fixture(scope="module")
+def behind_a_wrong_form() -> Diagnosis:
+    """A transition that takes time, in a strip whose loop and stretch no base model describes."""
+    case = Case("skewed-relays", ("phase_kinetics",), "clear", 9, campaign="short")
+    train, test = campaign(case)
+    return diagnose(fit(default_model("lumped", "kinetic"), train).model, train, test)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_an_effect_is_named_although_the_forms_of_the_base_model_are_wrong(behind_a_wrong_form: Diagnosis) -> None:
+    found = behind_a_wrong_form
+    assert found.as_json()["added"] == ["phase_kinetics"]
+    assert found.test.misfit["after"].rms[DISPLACEMENT] > 2.0  # the base model is wrong as well
+    errors = found.free_forms["phase_kinetics"]
+    assert errors.before.rms[DISPLACEMENT] > 2.0 * errors.after.rms[DISPLACEMENT]
+    assert any("No form of the base model does the same" in sentence for sentence in found.sentences)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_wrong_forms_of_the_base_model_are_no_effect() -> None:
+    result = judge(Case("skewed-relays", (), "clear", 180, campaign="short"))
+    assert (result["added"], result["verdict"]) == ([], "unexplained")
+    assert result["after"]["displacement"] > 4.0
 
 
 @pytest.mark.parametrize(

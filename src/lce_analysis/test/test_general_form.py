@@ -72,14 +72,14 @@ def test_a_curve_explains_what_a_loss_of_another_form_leaves(runs: list[Run]) ->
     options, form = DiagnoseOptions(), GeneralForm("heat", "temperature")
     radiating = Chain(HEATER.add(find("radiation")), runs, (), (), options, silent).present
     assert not radiating.heat[0].explained(options)
-    curve = refitted_with_curve(radiating, "heat", form, options, silent)
+    curve = refitted_with_curve(radiating.heat[0], form, options, silent)
     assert curve is not None and curve.mean_squares[TEMPERATURE] < 1.05**2
 
 
 def test_a_curve_explains_no_more_beside_the_true_effect(runs: list[Run]) -> None:
     options, form = DiagnoseOptions(), GeneralForm("heat", "temperature")
     true = Chain(HEATER.add(find("natural_convection")), runs, (), (), options, silent).present
-    curve = refitted_with_curve(true, "heat", form, options, silent)
+    curve = refitted_with_curve(true.heat[0], form, options, silent)
     assert curve is not None
     gained = true.mean_squares[TEMPERATURE] - curve.mean_squares[TEMPERATURE]
     assert 0.0 < gained < options.worth_noise
@@ -87,9 +87,7 @@ def test_a_curve_explains_no_more_beside_the_true_effect(runs: list[Run]) -> Non
 
 def test_a_curve_over_what_the_runs_do_not_show_is_none(runs: list[Run]) -> None:
     present = Chain(HEATER, runs, (), (), DiagnoseOptions(), silent).present
-    assert refitted_with_curve(present, "heat", GeneralForm("heat", "order"), DiagnoseOptions(), silent) is None
-    strain = GeneralForm("strain", "temperature")
-    assert refitted_with_curve(present, "deformation", strain, DiagnoseOptions(), silent) is None
+    assert refitted_with_curve(present.heat[0], GeneralForm("heat", "order"), DiagnoseOptions(), silent) is None
 
 
 def test_an_effect_of_another_form_is_not_named_and_the_true_one_is(runs: list[Run]) -> None:

@@ -45,6 +45,8 @@ class Chain:
     base, present : the model refitted without any addition, and with what has been accepted.
     accepted : what has been accepted, in its order: effects, and parameters that differ from run to run.
     bearing : names of effects that take most beside the others that were found, whether these have been kept or not.
+    free_forms : errors of data left out without and with an effect, beside free curves in the place of the base
+        model's forms, of what was found by these.
     trials : what is known of every candidate.
     """
 
@@ -72,6 +74,7 @@ class Chain:
         self.trials = Trials(len(self.candidates), self.left_out, options, progress)
         self.accepted: list[Accepted] = []
         self.bearing: set[str] = set()
+        self.free_forms: dict[str, HeldOut] = {}
         self._finished: list[StagedFit] = []
         self.present = self.refitted(model)
         self.base = self._no_worse(model, self._on_every_sample(self.present.model))

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from lce_analysis.comparison.metrics import nrmse
 from lce_analysis.diagnosis.accepted import Accepted, Step, VariationStep
 from lce_analysis.diagnosis.disturbed import signatures_left
+from lce_analysis.diagnosis.free_forms import name_behind_wrong_forms
+from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.looking_back import take_back_refuted
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
@@ -71,6 +73,8 @@ class Diagnosis:
     drive : what drove the deformation when it was judged.
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``
         the parameters that were found to differ from run to run.
+    free_forms : of effects that no form of the base model replaces, by name, the errors of data left out without and
+        with them beside free curves in the place of these forms.
     candidates : one per effect that was examined, sorted by what decides.
     not_examined : the effects that are no candidates beside these runs, and why, in words.
     at_bounds : parameters that the final model has at a bound; not looked for where nothing is missing.
@@ -95,6 +99,7 @@ class Diagnosis:
     apart: Apart
     drive: Drive
     accepted: tuple[Accepted, ...]
+    free_forms: Mapping[str, HeldOut]
     candidates: tuple[Candidate, ...]
     not_examined: Mapping[str, str]
     at_bounds: tuple[AtBound, ...]
@@ -273,6 +278,8 @@ def diagnose(
     bases = OtherBases(search)
     search.run(bases.explain)
     other_base = compared_bases(search, bases)
+    if other_base is None or not (other_base.steps or other_base.explains(options)):
+        name_behind_wrong_forms(search)
     signatures = signatures_left(search)
     rest, fingerprint = left_over(search.present, signatures, options)
     models = columns(search, model)
@@ -289,6 +296,7 @@ def diagnose(
         apart=search.present.apart,
         drive=search.present.drive,
         accepted=tuple(search.accepted),
+        free_forms=search.free_forms,
         candidates=ranking(search),
         not_examined=not_examined,
         at_bounds=() if verdict == "adequate" else bounds_reached(search),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.covariates import covariates_on_grid
 from lce_analysis.diagnosis.linearized_fit import LinearizedFit, error_as_it_stands, refit
-from lce_analysis.diagnosis.stage_problem import Part, StagedFit
+from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.identification.problem import Problem
 from lce_analysis.options import DiagnoseOptions
 from lce_analysis.unknown_function import Candidate, directions, ends, with_curve
@@ -89,15 +89,15 @@ def _curve(effect: Effect) -> GeneralForm | None:
 
 
 def refitted_with_curve(
-    fit: StagedFit, part: Part, form: GeneralForm, options: DiagnoseOptions, progress: Progress
+    stage: StageProblem, form: GeneralForm, options: DiagnoseOptions, progress: Progress
 ) -> LinearizedFit | None:
     """A part of a fitted model refitted with a free curve in it; None if these runs show no such curve."""
-    stage, term = fit.stage(part), closure(form.place)
-    if stage is None or term.reference in fit.model.effects:
+    without, term = stage.fit.problem, closure(form.place)
+    if term.reference in without.model.effects:
         return None
-    free = [stage.fit.problem.model.values[i].key for i in stage.fit.problem.free]
-    model = stage.fit.problem.model.add(term)
-    problem = replace(stage.fit.problem, model=model, free=tuple(model.index(key) for key in free))
+    free = [without.model.values[i].key for i in without.free]
+    model = without.model.add(term)
+    problem = replace(without, model=model, free=tuple(model.index(key) for key in free))
     candidate = _candidate(problem, form)
     if candidate is None:
         return None

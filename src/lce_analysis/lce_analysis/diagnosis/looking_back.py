@@ -147,7 +147,7 @@ def _has_another_form(chain: Chain, step: Step) -> bool:
         return False
     if alone.explained(options, untouched):
         return False
-    curve = refitted_with_curve(step.with_it, part, form, options, chain.progress)
+    curve = refitted_with_curve(alone, form, options, chain.progress)
     if curve is None:
         return False
 
@@ -237,7 +237,8 @@ def _stands_in(chain: Chain, last: Step) -> Objection:
         return "resembles"
     if _is_at_a_bound(chain, last):
         return "bound"
-    return "" if _explained(chain, last) or _seen_at_once(chain, last) else "part"
+    proven = last.added in chain.free_forms or _explained(chain, last) or _seen_at_once(chain, last)
+    return "" if proven else "part"
 
 
 def _seen_at_once(chain: Chain, last: Step) -> bool:
@@ -341,6 +342,14 @@ def _explains(last: Accepted, drive: Drive, options: DiagnoseOptions, *judged: P
         if most[0] and also and (close or not driven):
             return True
     return False
+
+
+def explains_most(held_out: Pair, in_the_runs: Pair, channel: Channel, options: DiagnoseOptions) -> bool:
+    """Does a change take most of what was left of a sensor, of data left out and in the runs?"""
+    errors = [
+        (p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in (held_out, in_the_runs)
+    ]
+    return all(a - b > options.worth_noise and share_of(a, b) >= _share_needed(b, False, options) for a, b in errors)
 
 
 def _share_needed(left: float, driven: bool, options: DiagnoseOptions) -> float:

@@ -22,6 +22,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "less": "others explain more",
     "part": "it removes a part of the error; too much above the noise is left to name it",
     "resembles": "what it leaves still has its shape: it is much like what is missing, and not the same",
+    "hidden": "free curves in the place of the base model's forms bring it out; as they are, these hide it",
     "form": "a free curve beside it explains what it leaves: another form is missing, or the base model is wrong there",
     "bound": "a parameter of it is at its bound: it may stand in for something else, or the bound is too narrow",
     "null": "refitted, its strength stays within 0.1 % of its range of its null value, or the error does not fall",
@@ -34,7 +35,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
     "base": "another base model does as well or better without it",
 }
-TRACES: Final = frozenset[Objection]({"small", "part", "resembles", "form", "bound"})
+TRACES: Final = frozenset[Objection]({"small", "part", "resembles", "form", "bound", "hidden"})
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from lce_model.terms import Parameter
 Floats = NDArray[np.float64]
 Objection = Literal[
     "", "null", "chance", "masked", "worse", "small", "varies", "less", "part", "resembles", "form", "bound",
-    "driven", "disturbed", "base",
+    "hidden", "driven", "disturbed", "base",
 ]  # fmt: skip
 
 LONGEST_FIRST_STEP: Final = 0.3

@@ -38,6 +38,9 @@ UNNAMED: Final[Mapping[Objection, str]] = {
     "resembles": "takes much of it{fall}, but what it leaves still has its shape: something much like it is missing",
     "form": "takes much of it{fall}, but a free curve beside it takes most of the rest as well: what is missing acts "
     "there in another form, which `lce discover` looks for, or the base model is wrong in that way",
+    "hidden": "is missing whatever the forms of the base model are: free curves in their place explain most with it"
+    "{fall}. Beside the forms as they are it explains hardly anything, so these come first: `lce discover` looks for "
+    "them",
     "bound": "explains a part of it{fall} with a parameter at its bound: it may stand in for something else, or the "
     "bound is too narrow",
 }
@@ -172,7 +175,7 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
             "of the effects that explain much of it, something speaks against each."
         )
     for step in found.steps:
-        yield from _step(step)
+        yield from _step(step, found.free_forms.get(step.added))
     for variation in found.variations:
         yield _variation(variation, found.model)
     if found.steps:
@@ -214,8 +217,10 @@ def _variation(step: VariationStep, model: Model) -> str:
     )
 
 
-def _step(step: Step) -> Iterator[str]:
+def _step(step: Step, beside_curves: HeldOut | None) -> Iterator[str]:
     yield f"{_named(step)}."
+    if beside_curves is not None:
+        yield _whatever_the_forms(step.added, beside_curves)
     yield (
         f"With it {step.actual_reduction:.0%} of the squared error above the noise goes "
         f"({step.predicted_reduction:.0%} was predicted before the refit)."
@@ -227,6 +232,17 @@ def _step(step: Step) -> Iterator[str]:
             f"In its place {', '.join(others)} would explain nearly as much; `lce design` finds the experiment that "
             "tells them apart."
         )
+
+
+def _whatever_the_forms(effect: str, held_out: HeldOut) -> str:
+    """What free curves in the place of the base model's forms leave without and with an effect."""
+    before, after = held_out.before.rms[DISPLACEMENT], held_out.after.rms[DISPLACEMENT]
+    return (
+        f"No form of the base model does the same: free curves in its place, the order over the temperature and the "
+        f"strain over the displacement, leave {before:.2f} × the noise of the displacement on {_on(held_out)} without "
+        f"{effect} and {after:.2f} with it. The forms of the base model are wrong as well: `lce discover` looks for "
+        "better ones."
+    )
 
 
 def _named(step: Step) -> str:
