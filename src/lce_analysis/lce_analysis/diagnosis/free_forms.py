@@ -7,7 +7,8 @@ temperature, which is any form of the order; and the strain over the displacemen
 effect that stands in for either takes hardly anything beside them. One that is there still takes most: creep goes on
 while the temperature stays.
 
-The curves are no part of the answer. They hide an effect that is a curve itself, as thermal expansion is.
+The curves are no part of the answer. An effect that is a curve itself, as thermal expansion is, is not asked: a form of
+the base model may be wrong in just that way.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from lce_analysis.diagnosis.accepted import Step
-from lce_analysis.diagnosis.general_form import GeneralForm, refitted_with_curve
+from lce_analysis.diagnosis.general_form import GeneralForm, general_form, refitted_with_curve
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import refit
 from lce_analysis.diagnosis.looking_back import explains_most, take_back_refuted
@@ -61,7 +62,7 @@ def name_behind_wrong_forms(search: Search) -> None:
     stage, options = search.present.deformation, search.options
     if stage is None or stage.drive == "measured" or search.present.model.varies or search.of_part(False, Step):
         return
-    if stage.fit.mean_squares.get(DISPLACEMENT, 0.0) <= options.near**2:
+    if search.present.mean_squares.get(DISPLACEMENT, 0.0) <= options.near**2:
         return
     stage = search.refitted(search.present.model).deformation  # on the grid of the search
     if stage is None:
@@ -70,25 +71,29 @@ def name_behind_wrong_forms(search: Search) -> None:
     asked = [one for effect in _promising(search, general) if (one := _asked(search, stage, effect)) is not None]
     if not asked:
         return
-    asked.sort(key=lambda one: one.general.fit.error)
+    asked.sort(key=lambda one: _left(one.general))
     # The curves alone may have ended in a poor minimum, which would speak for any effect.
-    alone = min(general, _without(asked[0], search), key=lambda one: one.fit.error)
+    alone = min(general, _without(asked[0], search), key=_left)
     held_out = [_held_out(search, alone, one) for one in asked]
     passing = [one for one, errors in zip(asked, held_out, strict=True) if _takes_most(search, alone, one, errors)]
     if asked[0] not in passing:
         return
     names, trial = tuple(one.trial.effect.name for one in passing), passing[0].trial
     search.free_forms[names[0]] = held_out[0]
-    search.name(trial, names)
+    search.accept_trial(trial, names)
     take_back_refuted(search)
     if not search.of_part(False, Step):
         search.trials.reject(replace(trial, held_out=held_out[0]), "hidden")
 
 
 def _promising(search: Search, general: StageProblem) -> Sequence[Effect]:
-    """The few effects of the deformation that promise most, and a fair share, beside free curves."""
-    candidates = [effect for effect in general.candidates if not acts_on_temperature(effect)]
-    tested = score_test(general.fit, candidates, 1.0)
+    """The few effects of the deformation that promise most, and a fair share, beside free curves.
+
+    Not those that are a curve themselves: a form of the base model may be wrong in just that way.
+    """
+    behind = (effect for effect in general.candidates if not acts_on_temperature(effect))
+    candidates = [effect for effect in behind if general_form(effect) is None]
+    tested = score_test(general.fit, candidates, critical_value=0.0)  # what would be seen is not asked
     fair = [score.effect for score in tested.scores if score.predicted_reduction >= search.options.far]
     return fair[: search.options.contenders]
 
@@ -111,6 +116,11 @@ def _without(one: _Asked, search: Search) -> StageProblem:
     return replace(one.general, fit=refit(problem, f"without {effect.name}", search.progress, ITERATIONS))
 
 
+def _left(stage: StageProblem) -> float:
+    """Mean squared error of the displacement, in units of the noise."""
+    return stage.fit.mean_squares[DISPLACEMENT]
+
+
 def _held_out(search: Search, alone: StageProblem, one: _Asked) -> HeldOut:
     return search.left_out.errors(alone, one.general.fit.problem, f"{one.trial.effect.name} beside free curves")
 
@@ -120,6 +130,6 @@ def _takes_most(search: Search, alone: StageProblem, one: _Asked, held_out: Held
     models = alone.fit.problem.model, one.general.fit.problem.model
     in_the_runs = search.data.judged.pair(*models, "model", [DISPLACEMENT])
     found = strengths_of(one.general.fit, one.trial.effect)
-    if found is None or not agrees(one.trial, found, search.options):
+    if found is None or not agrees(replace(one.trial, strengths=found), found, search.options):
         return False
     return explains_most(held_out.errors, in_the_runs, DISPLACEMENT, search.options)

@@ -92,7 +92,7 @@ class Search(Chain):
             step = replace(step, trial=replace(step.trial, objection=not_borne_out(step, self.options)))
         return step
 
-    def name(self, trial: Trial, alias_set: tuple[str, ...]) -> None:
+    def accept_trial(self, trial: Trial, alias_set: tuple[str, ...]) -> None:
         """Accept a trial that something else than this search speaks for."""
         self.accept(self._step(replace(trial, objection=""), alias_set, anew=False))
         self.finish()
