@@ -426,6 +426,14 @@ def test_wrong_forms_of_the_base_model_are_no_effect() -> None:
     assert result["after"]["displacement"] > 4.0
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_what_explains_only_the_runs_that_it_was_fitted_to_is_not_named() -> None:
+    # Clamps that warm up, and an ambient temperature for each run, do in the six runs what a drift of it does.
+    result = judge(Case("skewed-relays", ("ambient_drift",), "clear", 9, "without"))
+    assert (result["added"], result["verdict"]) == ([], "cannot_tell")
+
+
 @pytest.mark.parametrize(
     ("hidden", "level", "seed", "added"),
     [

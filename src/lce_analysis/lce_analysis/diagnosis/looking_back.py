@@ -94,9 +94,21 @@ def _refuted(chain: Chain) -> Iterator[tuple[Step, Objection]]:
     for heat in (False, True):
         effects = chain.of_part(heat, Step)
         for last in effects[-1:]:
-            reason = not_borne_out(last, chain.options) or _stands_in(chain, last)
+            differs = bool(chain.of_part(heat, VariationStep))
+            worse: Objection = "worse" if differs and _rises_on_test_runs(chain, last) else ""
+            reason = not_borne_out(last, chain.options) or worse or _stands_in(chain, last)
             if reason and not (reason == "part" and last.added in chain.bearing):
                 yield last, reason
+
+
+def _rises_on_test_runs(chain: Chain, last: Step) -> bool:
+    """Does the final model leave more than the base in the runs held out, each with one value for all runs?
+
+    What differs from run to run, and an effect beside it, can explain the runs that they were fitted to, and no other.
+    """
+    before, after = (chain.misfit(fit.model, chain.present.drive, chain.tests) for fit in (chain.base, chain.present))
+    channels = [c for c in last.trial.stage.channels if c in before.total and c is not untouched_by(last.trial.effect)]
+    return bool(channels) and reduction(before, after, channels) < 0.0
 
 
 def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
