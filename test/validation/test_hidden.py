@@ -23,7 +23,7 @@ from report import Gate, false_additions, gates, named_first, report
 from stages import Body, Floats
 from suite import ran, read, run, until
 
-from lce_analysis.diagnosis import Diagnosis, add_effect, diagnose
+from lce_analysis.diagnosis import add_effect, diagnose
 from lce_analysis.diagnosis.looking_back import _leaves_its_shape
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.identification import fit
@@ -399,23 +399,17 @@ def test_the_diagnosis_of_a_strip_that_the_product_has_never_seen(
         assert max(result["after"].values()) < 1.3
 
 
-@pytest.fixture(scope="module")
-def behind_a_wrong_form() -> Diagnosis:
-    """A transition that takes time, in a strip whose loop and stretch no base model describes."""
-    case = Case("skewed-relays", ("phase_kinetics",), "clear", 9, campaign="short")
-    train, test = campaign(case)
-    return diagnose(fit(default_model("lumped", "kinetic"), train).model, train, test)
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_an_effect_is_named_although_the_forms_of_the_base_model_are_wrong(behind_a_wrong_form: Diagnosis) -> None:
-    found = behind_a_wrong_form
+def test_an_effect_is_named_although_the_forms_of_the_base_model_are_wrong() -> None:
+    # A transition that takes time, in a strip whose loop and stretch no base model describes.
+    train, test = campaign(Case("skewed-relays", ("phase_kinetics",), "clear", 9, campaign="short"))
+    found = diagnose(fit(default_model("lumped", "kinetic"), train).model, train, test)
     assert found.as_json()["added"] == ["phase_kinetics"]
     assert found.test.misfit["after"].rms[DISPLACEMENT] > 2.0  # the base model is wrong as well
     errors = found.free_forms["phase_kinetics"]
     assert errors.before.rms[DISPLACEMENT] > 2.0 * errors.after.rms[DISPLACEMENT]
-    assert any("No form of the base model does the same" in sentence for sentence in found.sentences)
+    assert any("do not replace it" in sentence for sentence in found.sentences)
 
 
 @pytest.mark.slow

@@ -137,7 +137,14 @@ FAMILIES = {
             exact=False,
             may_hide=tuple(name for name in STRENGTH if name != "transition_distribution"),
         ),
-        Family("skewed-relays", Relays.random_skewed, MIXED, "kinetic", exact=False),
+        Family(
+            "skewed-relays",
+            Relays.random_skewed,
+            MIXED,
+            "kinetic",
+            exact=False,
+            may_hide=tuple(name for name in STRENGTH if name != "transition_distribution"),
+        ),
         Family(
             "independent",
             Distributed.random,

@@ -157,6 +157,7 @@ class Diagnosis:
             "varies": {key: _by_run_json(variation) for key, variation in self.model.varies.items()},
             "signatures": [one.as_json() for one in self.signatures],
             "fingerprint": self.fingerprint,
+            "free_forms": {name: _held_out_json(found) for name, found in self.free_forms.items()},
             "other_base": None if self.other_base is None else self.other_base.as_json(),
             "seconds": self.seconds,
         }
@@ -188,7 +189,7 @@ def _step_json(step: Step, runs: Sequence[str]) -> dict[str, Any]:
         "strength_of": f"{step.added}.{step.trial.amplitude.name}",
         "strength_by_run": {name: None if e is None else _estimate_json(e) for name, e in by_run.items()},
         "left_out": step.held_out.how,
-        "held_out": {"before": _over_noise(step.held_out.before), "after": _over_noise(step.held_out.after)},
+        "held_out": _held_out_json(step.held_out),
     }
 
 
@@ -218,11 +219,13 @@ def _candidate_json(c: Candidate) -> dict[str, Any]:
         "actual_fall": c.actual_reduction,
         "strength": None if c.strength is None else _estimate_json(c.strength),
         "strength_of": f"{c.effect.name}.{c.amplitude.name}",
-        "held_out": None
-        if held_out is None
-        else {"before": _over_noise(held_out.before), "after": _over_noise(held_out.after)},
+        "held_out": None if held_out is None else _held_out_json(held_out),
         "aliases": list(c.aliases),
     }
+
+
+def _held_out_json(found: HeldOut) -> dict[str, dict[str, float | None]]:
+    return {"before": _over_noise(found.before), "after": _over_noise(found.after)}
 
 
 def _over_noise(misfit: Misfit) -> dict[str, float | None]:
@@ -278,7 +281,7 @@ def diagnose(
     bases = OtherBases(search)
     search.run(bases.explain)
     other_base = compared_bases(search, bases)
-    if other_base is None or not (other_base.steps or other_base.explains(options)):
+    if other_base is None or not (other_base.steps or other_base.near_noise(options)):
         name_behind_wrong_forms(search)
     signatures = signatures_left(search)
     rest, fingerprint = left_over(search.present, signatures, options)
@@ -347,6 +350,8 @@ def _verdict(search: Search) -> Verdict:
 
 def _doubtful(trial: Trial, options: DiagnoseOptions) -> bool:
     """Might the effect be there? It explains the runs, but something stands against it, as data left out may."""
+    if trial.objection == "hidden":
+        return True
     if trial.objection == "part":
         return trial.reduction >= options.nearly_all
     return trial.objection in DOUBTFUL and trial.reduction >= options.most

@@ -2,10 +2,10 @@
 """Is an effect missing whatever the forms of the base model are? Free curves in the place of these say so.
 
 A base model that does not hold the law of a strip leaves much, and what an effect takes of that says little: it may
-stand in for the law. Two curves make the base model general: the temperature that the order follows, over the
-temperature, which is any form of the order; and the strain over the displacement, which is any law of the stretch. An
-effect that stands in for either takes hardly anything beside them. One that is there still takes most: creep goes on
-while the temperature stays.
+stand in for the law. Two curves make the base model more general: the temperature that the order follows, over the
+temperature; and the strain over the displacement, which is any law of the stretch. Both have one value for heating and
+cooling, so the shape of the loop stays the base model's. An effect that stands in for either form takes hardly anything
+beside them. One that is there still takes most: creep goes on while the temperature stays.
 
 The curves are no part of the answer. An effect that is a curve itself, as thermal expansion is, is not asked: a form of
 the base model may be wrong in just that way.
@@ -16,10 +16,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from lce_analysis.diagnosis.accepted import Step
-from lce_analysis.diagnosis.general_form import GeneralForm, general_form, refitted_with_curve
+from lce_analysis.diagnosis.general_form import ITERATIONS, GeneralForm, general_form, refitted_with_curve
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import refit
-from lce_analysis.diagnosis.looking_back import explains_most, take_back_refuted
+from lce_analysis.diagnosis.looking_back import take_back_refuted, takes_most
+from lce_analysis.diagnosis.misfit import Misfit, Pair
 from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
@@ -33,15 +34,19 @@ from lce_model.effects import Effect
 
 FORMS: Final = (GeneralForm("order", "temperature"), GeneralForm("strain", "displacement"))
 """What the base models say of the deformation, as curves."""
-ITERATIONS: Final = 40
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Contender:
     """An effect refitted beside the base model as it is, ``trial``, and beside free curves, ``general``."""
 
     trial: Trial
     general: StageProblem
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.trial.effect.name
 
 
 def with_free_forms(stage: StageProblem, options: DiagnoseOptions, progress: Progress) -> StageProblem:
@@ -56,64 +61,87 @@ def with_free_forms(stage: StageProblem, options: DiagnoseOptions, progress: Pro
 def name_behind_wrong_forms(search: Search) -> None:
     """Accept the effect of the deformation that takes most beside free curves, where nothing else was found.
 
-    Asked is where the base model leaves the displacement far from explained, and its temperature is the model's own.
-    The final tables have to bear the effect out, beside the base model as it is.
+    It runs only where the base model leaves the displacement beyond ``near`` times its noise, and the temperature of
+    the model drives the deformation. The final tables, beside the base model as it is, have to bear the effect out.
     """
-    stage, options = search.present.deformation, search.options
-    if stage is None or stage.drive == "measured" or search.present.model.varies or search.of_part(False, Step):
+    stage = _worth_asking(search)
+    effects = [] if stage is None else _effects(stage)
+    if stage is None or not effects:
         return
-    if search.present.mean_squares.get(DISPLACEMENT, 0.0) <= options.near**2:
+    known = dict(search.trials.tried)
+    passing = _contenders(search, stage, effects)
+    # What is known of the others from beside the base model as it is stays as it was.
+    search.trials.tried = known
+    if not passing:
         return
-    stage = search.refitted(search.present.model).deformation  # on the grid of the search
-    if stage is None:
-        return
-    general = with_free_forms(stage, options, search.progress)
-    asked = [one for effect in _promising(search, general) if (one := _asked(search, stage, effect)) is not None]
+    (best, held_out), *others = passing
+    alike = [one.name for one, _ in others if _left(one.general) - _left(best.general) < search.options.worth_noise]
+    search.free_forms[best.name] = held_out
+    search.accept_trial(best.trial, (best.name, *alike))
+    take_back_refuted(search)
+    refused = search.trials.tried.get(best.name)
+    if refused is not None and refused.objection in ("small", "worse") and not search.of_part(False, Step):
+        search.trials.reject(refused, "hidden")
+
+
+def _worth_asking(search: Search) -> StageProblem | None:
+    """The deformation on the grid of the search, where much is left of it and nothing was found; else None."""
+    present = search.present
+    if present.model.varies or search.of_part(False, Step):
+        return None
+    if present.mean_squares.get(DISPLACEMENT, 0.0) <= search.options.near**2:
+        return None
+    stage = search.refitted(present.model).deformation
+    return None if stage is None or _driven(stage) else stage
+
+
+def _driven(stage: StageProblem) -> bool:
+    """Does a measured temperature drive the deformation?"""
+    return stage.drive == "measured" or any(one.driven for one in stage.fit.problem.inputs)
+
+
+def _effects(stage: StageProblem) -> Sequence[Effect]:
+    """The candidates of the deformation that are no curve themselves."""
+    return [e for e in stage.candidates if not acts_on_temperature(e) and general_form(e) is None]
+
+
+def _contenders(search: Search, stage: StageProblem, effects: Sequence[Effect]) -> list[tuple[_Contender, HeldOut]]:
+    """The effects that take most of what free curves leave, the best first; none if the one that leaves least does not.
+
+    Asked are the few that promise most beside the curves, and a fair share. With each come the errors of the
+    displacement in data left out, of the curves without the effect and with it.
+    """
+    general = with_free_forms(stage, search.options, search.progress)
+    tested = score_test(general.fit, effects, critical_value=0.0)  # `detectable` is not used here
+    fair = [score.effect for score in tested.scores if score.predicted_reduction >= search.options.far]
+    asked = [one for e in fair[: search.options.contenders] if (one := _beside_both(search, stage, e)) is not None]
     if not asked:
-        return
+        return []
     asked.sort(key=lambda one: _left(one.general))
     # The curves alone may have ended in a poor minimum, which would speak for any effect.
     alone = min(general, _without(asked[0], search), key=_left)
-    held_out = [_held_out(search, alone, one) for one in asked]
-    passing = [one for one, errors in zip(asked, held_out, strict=True) if _takes_most(search, alone, one, errors)]
-    if asked[0] not in passing:
-        return
-    names, trial = tuple(one.trial.effect.name for one in passing), passing[0].trial
-    search.free_forms[names[0]] = held_out[0]
-    search.accept_trial(trial, names)
-    take_back_refuted(search)
-    if not search.of_part(False, Step):
-        search.trials.reject(replace(trial, held_out=held_out[0]), "hidden")
+    judged = [(one, _held_out(search, alone, one)) for one in asked]
+    passing = [(one, held_out) for one, held_out in judged if _takes_most(search, alone, one, held_out)]
+    return passing if judged[0] in passing else []
 
 
-def _promising(search: Search, general: StageProblem) -> Sequence[Effect]:
-    """The few effects of the deformation that promise most, and a fair share, beside free curves.
-
-    Not those that are a curve themselves: a form of the base model may be wrong in just that way.
-    """
-    behind = (effect for effect in general.candidates if not acts_on_temperature(effect))
-    candidates = [effect for effect in behind if general_form(effect) is None]
-    tested = score_test(general.fit, candidates, critical_value=0.0)  # what would be seen is not asked
-    fair = [score.effect for score in tested.scores if score.predicted_reduction >= search.options.far]
-    return fair[: search.options.contenders]
-
-
-def _asked(search: Search, stage: StageProblem, effect: Effect) -> _Asked | None:
-    """An effect beside the base model, and then the curves beside both; None if the temperature would not bear it."""
+def _beside_both(search: Search, stage: StageProblem, effect: Effect) -> _Contender | None:
+    """An effect beside the base model, then with the curves; None if the measured temperature would drive it."""
     trial = search.trials.of(effect, [stage])
     found = search.refitted(search.with_effect_of(trial)).deformation
-    if found is None or found.drive == "measured":
+    if found is None or _driven(found):
         return None
-    return _Asked(trial, with_free_forms(found, search.options, search.progress))
+    return _Contender(trial, with_free_forms(found, search.options, search.progress))
 
 
-def _without(one: _Asked, search: Search) -> StageProblem:
+def _without(one: _Contender, search: Search) -> StageProblem:
     """The curves without the effect, refitted from where they stand beside it."""
-    problem, effect = one.general.fit.problem, one.trial.effect
-    null = {v.key: v.parameter.default for v in problem.model.values if v.term == effect.name}
-    free = tuple(i for i in problem.free if problem.model.values[i].term != effect.name)
+    problem = one.general.fit.problem
+    null = {v.key: v.parameter.default for v in problem.model.values if v.term == one.name}
+    free = tuple(i for i in problem.free if problem.model.values[i].term != one.name)
     problem = replace(problem, model=problem.model.set(null), free=free)
-    return replace(one.general, fit=refit(problem, f"without {effect.name}", search.progress, ITERATIONS))
+    iterations = min(ITERATIONS, search.options.iterations)
+    return replace(one.general, fit=refit(problem, f"without {one.name}", search.progress, iterations))
 
 
 def _left(stage: StageProblem) -> float:
@@ -121,15 +149,23 @@ def _left(stage: StageProblem) -> float:
     return stage.fit.mean_squares[DISPLACEMENT]
 
 
-def _held_out(search: Search, alone: StageProblem, one: _Asked) -> HeldOut:
-    return search.left_out.errors(alone, one.general.fit.problem, f"{one.trial.effect.name} beside free curves")
+def _held_out(search: Search, alone: StageProblem, one: _Contender) -> HeldOut:
+    """Errors of the displacement: with the effect the heat may have been fitted apart, and without it not."""
+    found = search.left_out.errors(alone, one.general.fit.problem, f"{one.name} beside free curves")
+    errors = found.errors
+    misfits = (errors.before, errors.after, errors.judged_before, errors.judged_after)
+    return replace(found, errors=Pair(*(_of_displacement(misfit) for misfit in misfits)))
 
 
-def _takes_most(search: Search, alone: StageProblem, one: _Asked, held_out: HeldOut) -> bool:
+def _of_displacement(misfit: Misfit) -> Misfit:
+    return Misfit({DISPLACEMENT: misfit.total[DISPLACEMENT]}, {DISPLACEMENT: misfit.samples[DISPLACEMENT]})
+
+
+def _takes_most(search: Search, alone: StageProblem, one: _Contender, held_out: HeldOut) -> bool:
     """Does the effect take most of what the curves leave, in the runs and of data left out, with one strength?"""
-    models = alone.fit.problem.model, one.general.fit.problem.model
-    in_the_runs = search.data.judged.pair(*models, "model", [DISPLACEMENT])
     found = strengths_of(one.general.fit, one.trial.effect)
     if found is None or not agrees(replace(one.trial, strengths=found), found, search.options):
         return False
-    return explains_most(held_out.errors, in_the_runs, DISPLACEMENT, search.options)
+    models = alone.fit.problem.model, one.general.fit.problem.model
+    in_the_runs = search.data.judged.pair(*models, "model", [DISPLACEMENT])
+    return takes_most(DISPLACEMENT, search.options, held_out.errors, in_the_runs)

@@ -94,21 +94,23 @@ def _refuted(chain: Chain) -> Iterator[tuple[Step, Objection]]:
     for heat in (False, True):
         effects = chain.of_part(heat, Step)
         for last in effects[-1:]:
-            differs = bool(chain.of_part(heat, VariationStep))
-            worse: Objection = "worse" if differs and _rises_on_test_runs(chain, last) else ""
-            reason = not_borne_out(last, chain.options) or worse or _stands_in(chain, last)
+            reason = not_borne_out(last, chain.options) or _serves_these_runs_alone(chain, last)
+            reason = reason or _stands_in(chain, last)
             if reason and not (reason == "part" and last.added in chain.bearing):
                 yield last, reason
 
 
-def _rises_on_test_runs(chain: Chain, last: Step) -> bool:
-    """Does the final model leave more than the base in the runs held out, each with one value for all runs?
+def _serves_these_runs_alone(chain: Chain, last: Step) -> Objection:
+    """Where something differs from run to run, is the final model worse than the base in the runs held out?
 
-    What differs from run to run, and an effect beside it, can explain the runs that they were fitted to, and no other.
+    What differs, and an effect beside it, can explain the runs that they were fitted to, and no other. Both models have
+    the values of all runs there, but for an ambient temperature that the final one reads off the run itself.
     """
+    if not chain.of_part(last.trial.stage.part == "heat", VariationStep):
+        return ""
     before, after = (chain.misfit(fit.model, chain.present.drive, chain.tests) for fit in (chain.base, chain.present))
-    channels = [c for c in last.trial.stage.channels if c in before.total and c is not untouched_by(last.trial.effect)]
-    return bool(channels) and reduction(before, after, channels) < 0.0
+    options, untouched = chain.options, untouched_by(last.trial.effect)
+    return "worse" if rises(last.trial.stage, before, after, options.worse, options, untouched) else ""
 
 
 def _take_back_needless_differences(chain: Chain, heat: bool) -> None:
@@ -349,19 +351,22 @@ def _explains(last: Accepted, drive: Drive, options: DiagnoseOptions, *judged: P
     for channel in (c for c in channels if judged[0].judged_before.above_noise(c) > options.worth_noise):
         errors = [(p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in judged]
         close = max(after for _, after in errors) <= options.near**2
-        most = [a - b > options.worth_noise and share_of(a, b) >= _share_needed(b, driven, options) for a, b in errors]
+        most = [_takes(before, after, driven, options) for before, after in errors]
         also = all(taken or left <= options.explained**2 for taken, (_, left) in zip(most[1:], errors[1:], strict=True))
         if most[0] and also and (close or not driven):
             return True
     return False
 
 
-def explains_most(held_out: Pair, in_the_runs: Pair, channel: Channel, options: DiagnoseOptions) -> bool:
-    """Does a change take most of what was left of a sensor, of data left out and in the runs?"""
-    errors = [
-        (p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in (held_out, in_the_runs)
-    ]
-    return all(a - b > options.worth_noise and share_of(a, b) >= _share_needed(b, False, options) for a, b in errors)
+def takes_most(channel: Channel, options: DiagnoseOptions, *judged: Pair) -> bool:
+    """Does a change take most of what was left of a sensor, by errors before and after, all of them?"""
+    errors = [(p.judged_before.mean_square(channel), p.judged_after.mean_square(channel)) for p in judged]
+    return all(_takes(before, after, False, options) for before, after in errors)
+
+
+def _takes(before: float, after: float, driven: bool, options: DiagnoseOptions) -> bool:
+    """Is it worth having, and the share that the last effect has to take?"""
+    return before - after > options.worth_noise and share_of(before, after) >= _share_needed(after, driven, options)
 
 
 def _share_needed(left: float, driven: bool, options: DiagnoseOptions) -> float:

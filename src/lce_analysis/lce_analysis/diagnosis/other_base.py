@@ -67,8 +67,8 @@ class OtherBase:
         """Names of the effects that were found missing beside it."""
         return [step.added for step in self.steps]
 
-    def explains(self, options: DiagnoseOptions) -> bool:
-        """Does it leave the displacement near its noise?"""
+    def near_noise(self, options: DiagnoseOptions) -> bool:
+        """Does it leave the displacement within what is near its noise?"""
         return self.other.mean_square(DISPLACEMENT) <= options.near**2
 
     def as_json(self) -> dict[str, Any]:

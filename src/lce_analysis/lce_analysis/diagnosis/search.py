@@ -93,7 +93,7 @@ class Search(Chain):
         return step
 
     def accept_trial(self, trial: Trial, alias_set: tuple[str, ...]) -> None:
-        """Accept a trial that something else than this search speaks for."""
+        """Accept a trial that passed another test than those of this search."""
         self.accept(self._step(replace(trial, objection=""), alias_set, anew=False))
         self.finish()
 

@@ -38,9 +38,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
     "resembles": "takes much of it{fall}, but what it leaves still has its shape: something much like it is missing",
     "form": "takes much of it{fall}, but a free curve beside it takes most of the rest as well: what is missing acts "
     "there in another form, which `lce discover` looks for, or the base model is wrong in that way",
-    "hidden": "is missing whatever the forms of the base model are: free curves in their place explain most with it"
-    "{fall}. Beside the forms as they are it explains hardly anything, so these come first: `lce discover` looks for "
-    "them",
+    "hidden": "takes most of what free curves in the place of the base model's forms leave{fall}, but beside these "
+    "forms as they are the errors do not bear it out: look for better forms first (`lce discover`)",
     "bound": "explains a part of it{fall} with a parameter at its bound: it may stand in for something else, or the "
     "bound is too narrow",
 }
@@ -130,7 +129,8 @@ def _traces(found: Diagnosis) -> Iterator[str]:
         if found.verdict == "adequate" or trial is None or trial.objection not in UNNAMED:
             small.append(trace.effect.name)
         else:
-            fall = f" ({changes(trial.held_out.before, trial.held_out.after)})" if trial.held_out else ""
+            told = found.free_forms[trace.effect.name] if trial.objection == "hidden" else trial.held_out
+            fall = f" ({changes(told.before, told.after)})" if told else ""
             yield f"{trace.effect.name} {UNNAMED[trial.objection].format(fall=fall)}."
             yield from (f"At a bound: {one.sentence}." for one in found.held_back.get(trace.effect.name, ()))
     if small:
@@ -175,7 +175,10 @@ def _verdict(found: Diagnosis) -> Iterator[str]:
             "of the effects that explain much of it, something speaks against each."
         )
     for step in found.steps:
-        yield from _step(step, found.free_forms.get(step.added))
+        yield from _step(step)
+        if held_out := found.free_forms.get(step.added):
+            left = found.train.misfit["after"].rms[DISPLACEMENT]
+            yield from _whatever_the_forms(step.added, held_out, left)
     for variation in found.variations:
         yield _variation(variation, found.model)
     if found.steps:
@@ -217,10 +220,8 @@ def _variation(step: VariationStep, model: Model) -> str:
     )
 
 
-def _step(step: Step, beside_curves: HeldOut | None) -> Iterator[str]:
+def _step(step: Step) -> Iterator[str]:
     yield f"{_named(step)}."
-    if beside_curves is not None:
-        yield _whatever_the_forms(step.added, beside_curves)
     yield (
         f"With it {step.actual_reduction:.0%} of the squared error above the noise goes "
         f"({step.predicted_reduction:.0%} was predicted before the refit)."
@@ -234,15 +235,16 @@ def _step(step: Step, beside_curves: HeldOut | None) -> Iterator[str]:
         )
 
 
-def _whatever_the_forms(effect: str, held_out: HeldOut) -> str:
+def _whatever_the_forms(effect: str, held_out: HeldOut, left: float) -> Iterator[str]:
     """What free curves in the place of the base model's forms leave without and with an effect."""
     before, after = held_out.before.rms[DISPLACEMENT], held_out.after.rms[DISPLACEMENT]
-    return (
-        f"No form of the base model does the same: free curves in its place, the order over the temperature and the "
-        f"strain over the displacement, leave {before:.2f} × the noise of the displacement on {_on(held_out)} without "
-        f"{effect} and {after:.2f} with it. The forms of the base model are wrong as well: `lce discover` looks for "
-        "better ones."
+    yield (
+        f"Free curves in the place of the base model's forms, of the order over the temperature and of the strain over "
+        f"the displacement, do not replace it: on {_on(held_out)} they leave {before:.2f} × the noise of the "
+        f"displacement without {effect}, {after:.2f} with it."
     )
+    if left > BEYOND:
+        yield "The forms of the base model are wrong as well: `lce discover` looks for better ones."
 
 
 def _named(step: Step) -> str:
