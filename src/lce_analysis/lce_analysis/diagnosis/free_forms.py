@@ -108,13 +108,15 @@ def _effects(stage: StageProblem) -> Sequence[Effect]:
 def _contenders(search: Search, stage: StageProblem, effects: Sequence[Effect]) -> list[tuple[_Contender, HeldOut]]:
     """The effects that take most of what free curves leave, the best first; none if the one that leaves least does not.
 
-    Asked are the few that promise most beside the curves, and a fair share. With each come the errors of the
-    displacement in data left out, of the curves without the effect and with it.
+    Asked are few: those that promise most beside the curves, and a fair share; and those that took one beside the base
+    model as it is. With each come the errors of the displacement in data left out, without the effect and with it.
     """
     general = with_free_forms(stage, search.options, search.progress)
     tested = score_test(general.fit, effects, critical_value=0.0)  # `detectable` is not used here
     fair = [score.effect for score in tested.scores if score.predicted_reduction >= search.options.far]
-    asked = [one for e in fair[: search.options.contenders] if (one := _beside_both(search, stage, e)) is not None]
+    took = [e for e in effects if (t := search.trials.tried.get(e.name)) and t.reduction >= search.options.far]
+    few = list(dict.fromkeys([*fair, *took]))[: search.options.contenders]
+    asked = [one for effect in few if (one := _beside_both(search, stage, effect)) is not None]
     if not asked:
         return []
     asked.sort(key=lambda one: _left(one.general))
