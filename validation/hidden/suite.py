@@ -152,7 +152,7 @@ def options(
     """What the command line says; ``families`` are those that it may name."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--seeds", type=int, default=seeds, help="strips of each kind of case")
-    parser.add_argument("--first-seed", type=int, default=0, help="0 to 4, 7 and 9 were used to mend the product")
+    parser.add_argument("--first-seed", type=int, default=0, help="0 to 4, 7, 9 and 10 were used to mend the product")
     parser.add_argument("--minutes", type=float, default=150.0, help="stop beginning new cases after this time")
     parser.add_argument("--skip", type=int, default=0, help="begin behind so many cases of the order, known already")
     parser.add_argument("--only", default="", help="cases whose name holds this text")

@@ -186,8 +186,7 @@ class DiagnoseOptions:
         ``other_begins`` times the squared error of the best, and of the present one before it got effects of the
         deformation: what is missing may look like the wrong form. If there is one, the equilibrium model is searched as
         well. If in the end one leaves at most the share ``other_base`` of what is above the noise, or no more with
-        fewer effects (up to ``worth_noise``), no effect of the deformation is named beside the present one, unless free
-        curves bring it out and the other one leaves more than ``near`` times the noise.
+        fewer effects (up to ``worth_noise``), no effect of the deformation is named beside the present one.
     alias_correlation : |ρ| from which two effects look alike.
     alias_evidence : an effect that looks alike and was not refitted joins the set if it promised more than this share.
     min_likelihood_ratio : ratio below which two refitted effects are reported as a set.

@@ -281,7 +281,7 @@ def diagnose(
     bases = OtherBases(search)
     search.run(bases.explain)
     other_base = compared_bases(search, bases)
-    if other_base is None or not (other_base.steps or other_base.near_noise(options)):
+    if other_base is None:
         name_behind_wrong_forms(search)
     signatures = signatures_left(search)
     rest, fingerprint = left_over(search.present, signatures, options)

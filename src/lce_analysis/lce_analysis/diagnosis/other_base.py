@@ -67,10 +67,6 @@ class OtherBase:
         """Names of the effects that were found missing beside it."""
         return [step.added for step in self.steps]
 
-    def near_noise(self, options: DiagnoseOptions) -> bool:
-        """Does it leave the displacement within what is near its noise?"""
-        return self.other.mean_square(DISPLACEMENT) <= options.near**2
-
     def as_json(self) -> dict[str, Any]:
         """How to identify it, what is missing beside it, RMS errors of the displacement in units of its noise."""
         return {
