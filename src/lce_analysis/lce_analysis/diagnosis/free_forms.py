@@ -20,7 +20,7 @@ from lce_analysis.diagnosis.general_form import ITERATIONS, GeneralForm, general
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.linearized_fit import refit
 from lce_analysis.diagnosis.looking_back import take_back_refuted, takes_most
-from lce_analysis.diagnosis.misfit import Misfit, Pair
+from lce_analysis.diagnosis.misfit import Misfit, Pair, share_of
 from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
@@ -108,10 +108,13 @@ def _effects(stage: StageProblem) -> Sequence[Effect]:
 def _contenders(search: Search, stage: StageProblem, effects: Sequence[Effect]) -> list[tuple[_Contender, HeldOut]]:
     """The effects that take most of what free curves leave, the best first; none if the one that leaves least does not.
 
-    Asked are few: those that promise most beside the curves, and a fair share; and those that took one beside the base
-    model as it is. With each come the errors of the displacement in data left out, without the effect and with it.
+    Where the curves alone take hardly anything, the forms of the base model are not what is wrong. Asked are few: those
+    that promise most beside the curves, and a fair share; and those that took one beside the base model as it is. With
+    each come the errors of the displacement in data left out, without the effect and with it.
     """
     general = with_free_forms(stage, search.options, search.progress)
+    if share_of(_left(stage), _left(general)) < search.options.far:
+        return []
     tested = score_test(general.fit, effects, critical_value=0.0)  # `detectable` is not used here
     fair = [score.effect for score in tested.scores if score.predicted_reduction >= search.options.far]
     took = [e for e in effects if (t := search.trials.tried.get(e.name)) and t.reduction >= search.options.far]
