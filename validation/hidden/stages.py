@@ -184,7 +184,7 @@ def network_stretched(order: Floats, reference: float, alpha: float) -> Floats:
 
 
 def linearly_stretched(order: Floats, reference: float, alpha: float) -> Floats:
-    """Stretch in proportion to the order, 1 at the reference and that of the isotropic network where there is none."""
+    """Stretch that falls in proportion to the order: 1 at the reference, that of an isotropic network without order."""
     return np.asarray(1.0 - (1.0 - (1.0 + alpha) ** (-1.0 / 3.0)) * (1.0 - order / reference))
 
 
