@@ -110,6 +110,9 @@ class Family:
         return replace(self, name=f"{self.name}-heat", base="none", exact=not self.own, may_hide=hidden)
 
 
+SPREAD_ANYWAY = tuple(name for name in STRENGTH if name != "transition_distribution")
+"""What hides in a strip whose transition is spread anyway."""
+
 FAMILIES = {
     family.name: family
     for family in (
@@ -135,7 +138,7 @@ FAMILIES = {
             MIXED,
             "kinetic",
             exact=False,
-            may_hide=tuple(name for name in STRENGTH if name != "transition_distribution"),
+            may_hide=SPREAD_ANYWAY,
         ),
         Family(
             "skewed-relays",
@@ -143,7 +146,7 @@ FAMILIES = {
             MIXED,
             "kinetic",
             exact=False,
-            may_hide=tuple(name for name in STRENGTH if name != "transition_distribution"),
+            may_hide=SPREAD_ANYWAY,
         ),
         Family(
             "independent",
