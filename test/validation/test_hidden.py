@@ -409,7 +409,7 @@ def test_an_effect_is_named_although_the_forms_of_the_base_model_are_wrong() -> 
     assert found.test.misfit["after"].rms[DISPLACEMENT] > 2.0  # the base model is wrong as well
     errors = found.free_forms["phase_kinetics"]
     assert errors.before.rms[DISPLACEMENT] > 2.0 * errors.after.rms[DISPLACEMENT]
-    assert any("do not replace it" in sentence for sentence in found.sentences)
+    assert any("do not replace phase_kinetics" in sentence for sentence in found.sentences)
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ The curves are no part of the answer. An effect that is a curve itself, as therm
 the base model may be wrong in just that way.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -65,11 +64,10 @@ def name_behind_wrong_forms(search: Search) -> None:
     the model drives the deformation. The final tables, beside the base model as it is, have to bear the effect out.
     """
     stage = _worth_asking(search)
-    effects = [] if stage is None else _effects(stage)
-    if stage is None or not effects:
+    if stage is None:
         return
     known = dict(search.trials.tried)
-    passing = _contenders(search, stage, effects)
+    passing = _contenders(search, stage)
     # What is known of the others from beside the base model as it is stays as it was.
     search.trials.tried = known
     if not passing:
@@ -100,18 +98,16 @@ def _driven(stage: StageProblem) -> bool:
     return stage.drive == "measured" or any(one.driven for one in stage.fit.problem.inputs)
 
 
-def _effects(stage: StageProblem) -> Sequence[Effect]:
-    """The candidates of the deformation that are no curve themselves."""
-    return [e for e in stage.candidates if not acts_on_temperature(e) and general_form(e) is None]
-
-
-def _contenders(search: Search, stage: StageProblem, effects: Sequence[Effect]) -> list[tuple[_Contender, HeldOut]]:
+def _contenders(search: Search, stage: StageProblem) -> list[tuple[_Contender, HeldOut]]:
     """The effects that take most of what free curves leave, the best first; none if the one that leaves least does not.
 
     Where the curves alone take hardly anything, the forms of the base model are not what is wrong. Asked are few: those
     that promise most beside the curves, and a fair share; and those that took one beside the base model as it is. With
     each come the errors of the displacement in data left out, without the effect and with it.
     """
+    effects = [e for e in stage.candidates if not acts_on_temperature(e) and general_form(e) is None]
+    if not effects:
+        return []
     general = with_free_forms(stage, search.options, search.progress)
     if share_of(_left(stage), _left(general)) < search.options.far:
         return []
@@ -125,9 +121,10 @@ def _contenders(search: Search, stage: StageProblem, effects: Sequence[Effect]) 
     asked.sort(key=lambda one: _left(one.general))
     # The curves alone may have ended in a poor minimum, which would speak for any effect.
     alone = min(general, _without(asked[0], search), key=_left)
-    judged = [(one, _held_out(search, alone, one)) for one in asked]
-    passing = [(one, held_out) for one, held_out in judged if _takes_most(search, alone, one, held_out)]
-    return passing if judged[0] in passing else []
+    best, *others = [(one, _held_out(search, alone, one)) for one in asked]
+    if not _takes_most(search, alone, *best):
+        return []
+    return [best, *(other for other in others if _takes_most(search, alone, *other))]
 
 
 def _beside_both(search: Search, stage: StageProblem, effect: Effect) -> _Contender | None:

@@ -240,8 +240,8 @@ def _whatever_the_forms(effect: str, held_out: HeldOut, left: float) -> Iterator
     before, after = held_out.before.rms[DISPLACEMENT], held_out.after.rms[DISPLACEMENT]
     yield (
         f"Free curves in the place of the base model's forms, of the order over the temperature and of the strain over "
-        f"the displacement, do not replace it: on {_on(held_out)} they leave {before:.2f} × the noise of the "
-        f"displacement without {effect}, {after:.2f} with it."
+        f"the displacement, do not replace {effect}: on {_on(held_out)} they leave {before:.2f} × the noise of the "
+        f"displacement without it, {after:.2f} with it."
     )
     if left > BEYOND:
         yield "The forms of the base model are wrong as well: `lce discover` looks for better ones."
