@@ -36,7 +36,7 @@ WAVES = {
 }
 KEYS = {
     "verdict", "added", "steps", "candidates", "traces", "error", "error_over_noise", "away_from_jumps", "noise_floor",
-    "discrepancy", "varies", "signatures", "fingerprint", "other_base", "seconds",
+    "discrepancy", "varies", "signatures", "fingerprint", "other_base", "free_forms", "seconds",
 }  # fmt: skip
 CANDIDATE_KEYS = {
     "effect", "stage", "standing", "reason", "evidence", "p_value", "visibility", "expected_strength",

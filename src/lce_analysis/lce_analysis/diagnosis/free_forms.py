@@ -24,7 +24,7 @@ from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import Trial, agrees
+from lce_analysis.diagnosis.trial import Trial, agrees, stands_at_a_bound
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT
@@ -164,10 +164,15 @@ def _of_displacement(misfit: Misfit) -> Misfit:
 
 
 def _takes_most(search: Search, alone: StageProblem, one: _Contender, held_out: HeldOut) -> bool:
-    """Does the effect take most of what the curves leave, in the runs and of data left out, with one strength?"""
+    """Does the effect take most of what the curves leave, in the runs and of data left out, with one strength?
+
+    At an end of what it can be, as creep that takes longer than the runs, it may stand in for something else.
+    """
+    models = alone.fit.problem.model, one.general.fit.problem.model
+    if stands_at_a_bound(models[1], one.trial.effect):
+        return False
     found = strengths_of(one.general.fit, one.trial.effect)
     if found is None or not agrees(replace(one.trial, strengths=found), found, search.options):
         return False
-    models = alone.fit.problem.model, one.general.fit.problem.model
     in_the_runs = search.data.judged.pair(*models, "model", [DISPLACEMENT])
     return takes_most(DISPLACEMENT, search.options, held_out.errors, in_the_runs)
