@@ -10,6 +10,7 @@ from scipy.signal import lsim
 
 from lce_analysis.diagnosis import Diagnosis, diagnose
 from lce_analysis.identification import fit
+from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT
 from lce_data.run import Run, Series
 from lce_model import default_model
@@ -43,10 +44,12 @@ def _turned(edge: Floats, middle: float, width: float) -> Floats:
     return np.asarray(1.0 / (1.0 + np.exp(-(edge - middle) / width)))
 
 
-def diagnosed(creep: float, candidates: Sequence[str] = CANDIDATES) -> Diagnosis:
+def diagnosed(
+    creep: float, candidates: Sequence[str] = CANDIDATES, options: DiagnoseOptions = DiagnoseOptions()
+) -> Diagnosis:
     runs, test = [strip(f"run-{i}", i, creep) for i in range(6)], [strip("held-out", 9, creep)]
     model = fit(default_model("lumped", "equilibrium"), runs).model
-    return diagnose(model, runs, test, [find(name) for name in candidates])
+    return diagnose(model, runs, test, [find(name) for name in candidates], options)
 
 
 @pytest.mark.slow
@@ -71,3 +74,14 @@ def test_wrong_forms_alone_are_no_effect() -> None:
 def test_an_effect_that_is_a_curve_itself_is_not_asked() -> None:
     found = diagnosed(0.15, ["thermal_expansion"])
     assert (found.as_json()["added"], found.free_forms) == ([], {})
+
+
+@pytest.mark.slow
+def test_what_the_final_tables_do_not_bear_out_is_not_named() -> None:
+    found = diagnosed(0.15, ["creep"], DiagnoseOptions(worth_share=0.95))
+    assert (found.verdict, found.as_json()["added"]) == ("cannot_tell", [])
+    (candidate,) = found.candidates
+    assert candidate.trial is not None
+    assert candidate.trial.objection == "hidden"
+    assert "creep" in found.free_forms
+    assert any("look for better forms first" in sentence for sentence in found.sentences)
