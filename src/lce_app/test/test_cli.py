@@ -185,6 +185,15 @@ def test_bad_input_is_one_line_and_nothing_is_written(
     assert not (tmp_path / "run.csv").exists()
 
 
+def test_a_model_does_not_take_the_place_of_a_recording(
+    tmp_path: Path, run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured = run.read_bytes()
+    assert cli.main(["fit", "--out", str(run), str(run)]) == 1
+    assert "is a recording, which would be overwritten" in capsys.readouterr().err
+    assert run.read_bytes() == measured
+
+
 def test_an_error_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch, model: Path, tmp_path: Path) -> None:
     def broken(text: str) -> None:
         raise ValueError("a mistake in the program")

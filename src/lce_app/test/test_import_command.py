@@ -112,6 +112,12 @@ def test_what_cannot_be_used_is_told_in_one_line(
     assert not (file.parent / "runs").exists()
 
 
+def test_nothing_is_written_where_the_report_cannot_be(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert lce_import(file, "--yes", "--report", str(file.parent / "none" / "r.html")) == 1
+    assert "there is no folder" in capsys.readouterr().err
+    assert not (file.parent / "runs").exists()
+
+
 def test_two_files_of_one_name_are_refused(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     other = file.parent / "b"
     other.mkdir()

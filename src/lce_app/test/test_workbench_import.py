@@ -88,6 +88,21 @@ def test_a_choice_that_leaves_no_run_is_told_and_taken_back(folder: Path) -> Non
     tell(folder, story)
 
 
+def test_of_a_file_that_is_not_understood_nothing_of_the_one_before_is_left(folder: Path) -> None:
+    (folder / "words.csv").write_text("these are words\nand no table\n", encoding="utf-8")
+
+    async def story(user: User, state: WorkbenchState) -> None:
+        selected(user, "foreign file").set_value(str(folder / "day1.csv"))
+        await user.should_see(marker="unit d_mm", retries=PATIENCE)
+        selected(user, "foreign file").set_value(str(folder / "words.csv"))
+        await user.should_see("no table of numbers", retries=PATIENCE)
+        await user.should_not_see(marker="unit d_mm")
+        (button,) = user.find(marker="import").elements
+        assert isinstance(button, ui.button) and not button.enabled
+
+    tell(folder, story)
+
+
 EFFECT = """
 from lce_model.effects import Effect, Parameter
 

@@ -39,6 +39,11 @@ def read_at_most(path: Path, most_bytes: int) -> bytes:
     return content
 
 
+def name_of(path: Path) -> str:
+    """The name of the run that a path holds: of a file without its ending, of a folder, which may have a dot, whole."""
+    return path.name if path.is_dir() else path.stem
+
+
 def printable(text: str) -> str:
     r"""The text, with ``\udcff`` and the like spelt out: a name of a file may hold bytes that are no UTF-8."""
     return text.encode(errors="backslashreplace").decode()

@@ -15,7 +15,7 @@ from lce_data.bag.reader import Recorded, read_bag_with_markers
 from lce_data.channels import POWER, SENSORS, Channel, in_order
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, beside
-from lce_data.files import check_regular
+from lce_data.files import check_regular, name_of
 from lce_data.losses import without_unknown_power
 from lce_data.marker import Marker
 from lce_data.run import Run, Series
@@ -120,7 +120,7 @@ def read_recording(path: str | Path) -> Run:
     path = Path(path)
     if not path.exists():
         raise LceError(f"{path}: no such file or folder")
-    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+    for file in _files(path):
         if not file.is_dir():
             check_regular(file)
     if path.is_dir() or path.suffix == ".mcap":
@@ -129,6 +129,14 @@ def read_recording(path: str | Path) -> Run:
     if path.suffix.lower() == ".csv":
         return _recording(path, read_run_csv(path), read_csv_experiment(path))
     raise LceError(f"{path}: neither a rosbag2 folder, nor an .mcap file, nor a .csv file")
+
+
+def _files(path: Path) -> list[Path]:
+    """What a folder holds, or the file itself. Raises LceError if the folder cannot be read."""
+    try:
+        return sorted(path.iterdir()) if path.is_dir() else [path]
+    except OSError as error:
+        raise LceError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def run_from(path: Path, recorded: Recorded, experiment: Experiment, markers: Iterable[Marker] = ()) -> Run:
@@ -147,7 +155,27 @@ def usable(run: Run) -> Run:
         raise LceError(f"{run.path}: {none}: nothing to compare a model with")
     for channel, series in run.series.items():
         _check_length(run.path, channel, series.time_s.size)
+    _check_overlap(run)
     return run
+
+
+def _check_overlap(run: Run) -> None:
+    """Raise LceError if the laser power and a sensor, or two sensors, have no time in common."""
+    first, *others = [channel for channel in run.series if channel is POWER or channel in SENSORS]
+    (begin, end), name = _span(run, first), first.name
+    for channel in others:
+        from_s, to_s = _span(run, channel)
+        if from_s > end or to_s < begin:
+            raise LceError(
+                f"{run.path}: {name} was recorded from {begin:.6g} to {end:.6g} s, {channel.name} from {from_s:.6g} to "
+                f"{to_s:.6g} s: they have no time in common; were they stamped by two clocks?"
+            )
+
+
+def _span(run: Run, channel: Channel) -> tuple[float, float]:
+    """Time [s] of the first and of the last sample."""
+    time_s = run.series[channel].time_s
+    return float(time_s[0]), float(time_s[-1])
 
 
 def _recording(path: Path, recorded: Recorded, experiment: Experiment, markers: Iterable[Marker] = ()) -> Run:
@@ -162,7 +190,7 @@ def _recording(path: Path, recorded: Recorded, experiment: Experiment, markers: 
     times = {id(s.time_s): s.time_s for s in series.values()}  # channels of a CSV share theirs: shifted once
     since_zero = {key: time_s - zero_s if zero_s else time_s for key, time_s in times.items()}
     run = Run(
-        name=path.stem if path.is_file() else path.name,
+        name=name_of(path),
         path=path,
         sha256=_digest(path),
         series={c: Series(since_zero[id(s.time_s)], c.recorded.to_si(s.value)) for c, s in series.items()},

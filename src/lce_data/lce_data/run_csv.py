@@ -116,7 +116,9 @@ def _head(path: Path) -> tuple[list[str], int, dict[str, Any]]:
     except OSError as error:
         raise LceError(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise LceError(f"{path}: not a CSV text file") from None
+        raise LceError(
+            f"{path}: not a text in UTF-8. To read another encoding: lce import {path} --out runs/"
+        ) from None
     return [], 1, notes
 
 

@@ -143,9 +143,34 @@ def test_of_rows_that_repeat_a_time_the_last_one_is_kept(tmp_path: Path) -> None
     columns = {"time_s": np.floor(TIME_S * 2.0), "power_w": POWER_W, "temperature_k": WARM_K}
     recording = read_foreign(foreign(tmp_path / "x.csv", columns))
     assert recording.rows_changed == (
-        "48 of 60 rows repeat the time of the row before; the last row of each time is kept",
+        "48 of 60 rows repeat the time of the row before; of each column, the last value at a time is kept",
     )
     assert recording.signals[0].value.tolist() == list(range(12))
+
+
+def test_rows_of_one_sensor_each_at_one_time_are_put_together(tmp_path: Path) -> None:
+    rows = [f"{t},{p},\n{t},,{k}" for t, p, k in zip(TIME_S.tolist(), POWER_W.tolist(), WARM_K.tolist(), strict=True)]
+    (tmp_path / "x.csv").write_text("\n".join(["time_s,power_w,temperature_k", *rows]) + "\n", encoding="utf-8")
+    recording = read_foreign(tmp_path / "x.csv")
+    assert recording.rows_changed[0].startswith("60 of 120 rows")
+    run = imported(recording, tmp_path / "runs")
+    assert run.power is not None and run.temperature is not None
+    np.testing.assert_allclose(run.power.value, POWER_W)
+    np.testing.assert_allclose(run.temperature.value, WARM_K)
+
+
+def test_separators_of_thousands_are_refused(tmp_path: Path) -> None:
+    rows = [f'{t},"1,200",{k}' for t, k in zip(TIME_S.tolist(), WARM_K.tolist(), strict=True)]
+    (tmp_path / "x.csv").write_text("\n".join(["time_s,power_mw,temperature_k", *rows]), encoding="utf-8")
+    with pytest.raises(LceError, match=r"x\.csv: '1,200' and '0\.0' in one table: save it without separators"):
+        read_foreign(tmp_path / "x.csv")
+
+
+def test_a_letter_of_windows_far_down_the_table(tmp_path: Path) -> None:
+    rows = [f"{0.1 * i:.1f},{i % 2},{295.0 + 0.01 * i:.2f},ok" for i in range(500)]
+    rows[-1] = rows[-1].replace("ok", "zu heiß")
+    (tmp_path / "x.csv").write_text("\n".join(["time_s,power_w,temperature_k,note", *rows]), encoding="cp1252")
+    assert [row[4] for row in read_foreign(tmp_path / "x.csv").rows] == ["500", "500", "500"]
 
 
 def test_words_for_a_sample_that_is_not_there_are_empty_cells(tmp_path: Path) -> None:

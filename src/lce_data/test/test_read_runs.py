@@ -236,3 +236,17 @@ def test_what_is_no_experiment_at_all(tmp_path: Path) -> None:
     for name, told in (("notes.txt", "neither a rosbag2 folder"), ("cut.mcap", "lce repair"), ("empty", "lce repair")):
         with pytest.raises(LceError, match=told):
             read_run(tmp_path / name)
+
+
+def test_channels_without_a_time_in_common_are_refused(tmp_path: Path) -> None:
+    late = [(seconds - 100.0, value) for seconds, value in BAG["/lce/temperature"][1]]
+    one = bag(tmp_path / "two_clocks", {**BAG, "/lce/temperature": ("sensor_msgs/msg/Temperature", late)})
+    with pytest.raises(LceError, match=r"power was recorded from 0 to 0\.19 s, temperature from -100 to -99\.3 s"):
+        read_run(one)
+
+
+def test_stamps_that_nobody_set_are_no_times(tmp_path: Path) -> None:
+    unset = [(0.0, value) for _, value in BAG["/lce/temperature"][1]]
+    run = read_run(bag(tmp_path / "unset", {**BAG, "/lce/temperature": ("sensor_msgs/msg/Temperature", unset)}))
+    assert run.temperature is not None
+    np.testing.assert_allclose(run.temperature.time_s, 0.005 + 0.1 * np.arange(8), atol=1e-6)

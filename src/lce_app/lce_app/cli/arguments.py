@@ -13,6 +13,9 @@ from lce_data.errors import LceError
 from lce_data.given_conditions import parse_conditions
 from lce_data.settings import parse_settings
 
+RECORDINGS = (".csv", ".mcap", ".db3")
+"""Ends of files that hold what was measured."""
+
 
 def add_runs(parser: argparse.ArgumentParser) -> None:
     """The recordings."""
@@ -164,11 +167,16 @@ def check_inputs(runs: Iterable[Path] = (), models: Iterable[Path | None] = ()) 
             raise LceError(f"{model}: No such file or directory")
 
 
-def check_outputs(*files: Path | None) -> None:
-    """Raise LceError for the first file that could not be written, before the minutes of work that it is to hold."""
+def check_outputs(*files: Path | None, table: bool = False) -> None:
+    """Raise LceError for the first file that could not be written, before the minutes of work that it is to hold.
+
+    Unless it is to be a table, it may not take the place of a recording: of ``--out runs/*.csv`` the shell makes one.
+    """
     for file in files:
         if file is None:
             continue
+        if not table and file.suffix.lower() in RECORDINGS and _exists(file):
+            raise LceError(f"{file}: is a recording, which would be overwritten; name another file")
         if _exists(file) and file.is_dir():
             raise LceError(f"{file}: is a folder; name a file in it")
         if not (_exists(file.parent) and file.parent.is_dir()):

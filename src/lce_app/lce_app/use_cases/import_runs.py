@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from lce_data.errors import LceError
-from lce_data.files import write_atomically
+from lce_data.files import name_of, write_atomically
 from lce_data.importing.read import read_foreign
 from lce_data.importing.recording import Pick, Recording
 
@@ -89,7 +89,7 @@ def import_runs(
     >>> found = understand([Path("day1.csv")], Options((Pick.parse("power=Q1:%"),)))  # doctest: +SKIP
     >>> import_runs(found, Path("runs"))  # doctest: +SKIP
     """
-    names = [recording.path.stem for recording in recordings]
+    names = [name_of(recording.path) for recording in recordings]
     if twice := {name for name in names if names.count(name) > 1}:
         raise LceError(f"several files are called {min(twice)}; import them into folders of their own")
     if out.exists() and not out.is_dir():

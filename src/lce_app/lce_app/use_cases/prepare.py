@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lce_data.errors import LceError
-from lce_data.preparing.prepared_run import name_of, prepare, write_prepared
+from lce_data.files import name_of
+from lce_data.preparing.prepared_run import prepare, write_prepared
 from lce_data.preparing.recipe import read_recipe
 from lce_data.read_runs import read_recording
 from lce_data.suspicions import suspicions

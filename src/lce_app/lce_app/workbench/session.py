@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from msgspec import Struct, to_builtins
 
 from lce_data.errors import LceError
-from lce_data.files import printable, write_atomically
+from lce_data.files import name_of, printable, write_atomically
 from lce_data.schema import checked, read_yaml
 from lce_data.yaml_text import dump
 
@@ -149,7 +149,7 @@ class Session:
     def prepared_file(self, name: str, path: Path, recipe: Recipe) -> Path:
         """Where the run of a path is kept, prepared by a recipe: another recipe has another folder."""
         digest = hashlib.sha256(dump([name, _plain(recipe)]).encode()).hexdigest()[:8]
-        return self.prepared / digest / f"{path.name if path.is_dir() else path.stem}.csv"
+        return self.prepared / digest / f"{name_of(path)}.csv"
 
     @property
     def prepared(self) -> Path:

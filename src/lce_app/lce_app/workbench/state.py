@@ -19,6 +19,7 @@ from lce_app.workbench.session import Role, Session, from_folder
 from lce_app.workbench.topic_monitor import TopicMonitor
 from lce_app.workbench.undo import Undo
 from lce_data.errors import LceError
+from lce_data.files import name_of
 
 if TYPE_CHECKING:
     from lce_analysis.comparison.compare import Comparison
@@ -177,7 +178,6 @@ class WorkbenchState:
 
     def used(self) -> dict[str, Run]:
         """The runs learnt from, then those held out, under the names that a job gives them."""
-        from lce_data.preparing.prepared_run import name_of
         from lce_data.read_runs import told_apart
 
         names = [name for role in USES for name in self.session.names(role) if name in self.entries]

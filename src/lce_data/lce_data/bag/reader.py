@@ -47,9 +47,9 @@ class Messages:
         return _seconds(self.log_time_ns), NUMBERS[self.type](self)[1]
 
     def by_stamp(self) -> tuple[Floats, Floats]:
-        """Time [s] in the header of each message, or at which it was recorded if it has none, and its number."""
+        """Time [s] in the header of each message, or at which it was recorded if none has one, and its number."""
         time_ns, value = NUMBERS[self.type](self)
-        return _seconds(self.log_time_ns if time_ns is None else time_ns), value
+        return _seconds(time_ns if time_ns and any(time_ns) else self.log_time_ns), value
 
 
 def read_topics(path: Path, wanted: Callable[[str, str], bool]) -> dict[str, Messages]:

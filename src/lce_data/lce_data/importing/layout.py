@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from lce_data.columns import TableFormat
+from lce_data.columns import BLOCK, TableFormat
 from lce_data.errors import LceError
 from lce_data.files import check_regular
 from lce_data.importing.units import SPELLINGS, find_unit
@@ -63,7 +63,7 @@ def find_layout(path: Path) -> Layout:
     columns = {
         name: [row[i] for row in body if i < len(row) and row[i] not in ("", *MISSING)] for i, name in enumerate(names)
     }
-    decimal = "," if any(_has_comma(cells) for cells in columns.values()) else "."
+    decimal = _decimal(path, [cell for cells in columns.values() for cell in cells if _is_number(cell)])
     readers: dict[str, Callable[[str], float]] = {}
     dated, switched, unread = set(), set(), set()
     for name, cells in columns.items():
@@ -85,7 +85,7 @@ def find_layout(path: Path) -> Layout:
 
 
 def _first_lines(path: Path) -> tuple[str, list[str]]:
-    """The encoding, and the first lines without their ends."""
+    """The encoding, by which the whole file can be read, and the first lines without their ends."""
     try:
         check_regular(path)
         with path.open("rb") as file:
@@ -94,6 +94,8 @@ def _first_lines(path: Path) -> tuple[str, list[str]]:
         for encoding in ("utf-16",) if utf16 else ("utf-8-sig", "cp1252"):
             with suppress(UnicodeError), path.open(encoding=encoding) as opened:
                 lines = [line.rstrip("\n") for line, _ in zip(opened, range(HEAD_LINES), strict=False)]
+                while opened.read(BLOCK):
+                    pass
                 if not any("\0" in line for line in lines):
                     return encoding, lines
     except OSError as error:
@@ -115,7 +117,10 @@ def _separator(lines: Sequence[str]) -> str:
 def _cells(line: str, separator: str) -> list[str]:
     if separator == " ":
         return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    except csv.Error:  # a line of 100 kB, as of a web page
+        return []
 
 
 def _first_row(path: Path, rows: Sequence[Sequence[str]]) -> int:
@@ -165,8 +170,15 @@ def _is_number(cell: str) -> bool:
     return re.fullmatch(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?", cell) is not None
 
 
-def _has_comma(cells: Sequence[str]) -> bool:
-    return any("," in cell and _is_number(cell) for cell in cells)
+def _decimal(path: Path, numbers: Sequence[str]) -> str:
+    """The decimal sign of numbers. Raises LceError if some have a comma and others a point."""
+    comma, point = (next((cell for cell in numbers if sign in cell), None) for sign in ",.")
+    if comma and point:
+        raise LceError(
+            f"{path}: {comma!r} and {point!r} in one table: save it without separators of thousands, which cannot be "
+            "told from decimal signs"
+        )
+    return "," if comma else "."
 
 
 def _is_word_of_data(cell: str) -> bool:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lce_data.channels import NAMED_INPUT, Unit, channel_named
 from lce_data.errors import LceError
 from lce_data.experiment_file import Experiment, experiment_of
+from lce_data.files import name_of
 from lce_data.importing.headers import SI_UNITS, TIME, si_unit
 from lce_data.importing.units import MEANING, typed, unit_and_sign
 from lce_data.read_runs import run_from
@@ -180,7 +181,7 @@ class Recording:
     ) -> tuple[Path, Run, Experiment]:
         """The file that `write` would write, its run, and what is known of it. Raises LceError as `write` does."""
         run = self.run
-        out = folder / f"{self.path.stem}.csv"
+        out = folder / f"{name_of(self.path)}.csv"
         if out.resolve() == self.path.resolve():
             raise LceError(f"{out} is the file that is read; choose another --out")
         for file in (out, out.with_suffix(".yaml")):

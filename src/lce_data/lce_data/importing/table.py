@@ -79,8 +79,23 @@ def _read_rows(path: Path, layout: Layout, columns: dict[str, str]) -> tuple[dic
         raise LceError(f"{path}: the column {columns[TIME]!r}, taken for the time, is empty")
     if columns[TIME] in layout.dated:
         raw[TIME] = _past_midnight(raw[TIME])
-    kept, sentences = _rows_kept(path, raw[TIME], layout.table.first_row)
-    return {quantity: _only(values, kept) for quantity, values in raw.items()}, sentences
+    _check_time(path, raw[TIME], layout.table.first_row)
+    first = np.append(True, np.diff(raw[TIME]) > 0.0)
+    if first.all():
+        return raw, ()
+    remark = (
+        f"{int(np.sum(~first))} of {first.size} rows repeat the time of the row before; "
+        "of each column, the last value at a time is kept"
+    )
+    row = np.cumsum(first) - 1
+    return {quantity: _last_of_each(values, row) for quantity, values in raw.items()}, (remark,)
+
+
+def _last_of_each(values: Floats, row: NDArray[np.intp]) -> Floats:
+    """The last of the values (n,) that are there for each row (n,) of the result; NaN if there is none."""
+    last, there = np.full(int(row[-1]) + 1, np.nan), np.isfinite(values)
+    last[row[there]] = values[there]  # of several values for one place numpy keeps the last
+    return last
 
 
 def _hints(time: Floats, temperature: Floats | None) -> Hints:
@@ -136,8 +151,8 @@ def _past_midnight(time: Floats) -> Floats:
     return time + DAY_S * np.concatenate([[0.0], np.cumsum(np.diff(time) < -0.5 * DAY_S)])
 
 
-def _rows_kept(path: Path, time: Floats, first_row: int) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Rows (n,) to keep: of several at one time the last one. Raises LceError if the time goes back or is missing."""
+def _check_time(path: Path, time: Floats, first_row: int) -> None:
+    """Raise LceError if the time (n,) goes back or is missing."""
     if np.isnan(time).any():
         raise LceError(f"{path}, row {first_row + int(np.argmax(np.isnan(time)))}: the time is empty")
     steps = np.diff(time)
@@ -147,10 +162,6 @@ def _rows_kept(path: Path, time: Floats, first_row: int) -> tuple[NDArray[np.boo
             f"{path}, row {first_row + i + 1}: the time goes back, from {time[i]:g} to {time[i + 1]:g}; "
             "are these several runs in one file? Split it there"
         )
-    kept = np.append(steps > 0.0, True)
-    repeated = int(np.sum(~kept))
-    remark = f"{repeated} of {time.size} rows repeat the time of the row before; the last row of each time is kept"
-    return kept, (remark,) if repeated else ()
 
 
 def _said(name: str, quantity: str) -> Meaning | None:

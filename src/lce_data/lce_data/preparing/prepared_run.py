@@ -85,8 +85,3 @@ def write_prepared(found: PreparedRun, recipe: Recipe, out: Path) -> Path:
 def read_back(found: PreparedRun, file: Path) -> Run:
     """The run as everybody reads it from the file that `write_prepared` wrote, with the markers of the recording."""
     return replace(read_run(file), markers=found.run.markers)
-
-
-def name_of(path: Path) -> str:
-    """The name that the prepared run of a path has: that of the file without its ending, or of the folder."""
-    return path.name if path.is_dir() else path.stem

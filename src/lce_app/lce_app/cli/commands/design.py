@@ -38,7 +38,7 @@ def main(args: argparse.Namespace) -> int:
     if not (comma and first and second):
         raise LceError(f"--between {args.between}: expected two effects, A,B")
     check_inputs(models=[args.model])
-    check_outputs(args.out)
+    check_outputs(args.out, table=True)
     from lce_app.cli.progress_bar import FitBar
     from lce_app.use_cases.design import Options, design
 

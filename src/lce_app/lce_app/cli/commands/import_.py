@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lce_app.cli.arguments import check_inputs, condition_words, print_files
+from lce_app.cli.arguments import check_inputs, check_outputs, condition_words, print_files
 from lce_data.errors import LceError
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Understand, show, ask about guesses, write."""
     check_inputs(args.files)
+    check_outputs(args.report)
     from lce_app.use_cases.import_runs import Options, import_runs, understand
     from lce_data.given_conditions import parse_conditions
     from lce_data.importing.recording import Pick

@@ -62,22 +62,30 @@ class ImportTab:
         """Take a table that came from elsewhere; list the files anew when something has changed."""
         if (table := handed_over()) is not None:
             self._files.set_value(None)
-            background_tasks.create(self._understand(table), name="understand")
+            background_tasks.create(self._open(table), name="understand")
         if self._version == self._state.version:
             return
         self._version = self._state.version
         folder = self._state.folder
         refused = [name for name, entry in self._state.entries.items() if entry.error]
-        others = [path.name for path in sorted(folder.iterdir()) if path.suffix in TABLES[1:]]
+        others = [path.name for path in sorted(folder.iterdir()) if path.suffix.lower() in TABLES[1:]]
         names = [name for name in (*refused, *others) if Path(name).suffix.lower() in TABLES]
         self._files.set_options({str(folder / name): name for name in names})
 
     async def _open_chosen(self, event: events.ValueChangeEventArguments[str | None]) -> None:
         if event.value:
-            await self._understand(Path(event.value))
+            await self._open(Path(event.value))
+
+    async def _open(self, file: Path) -> None:
+        """Another file: what was understood of the one before is shown and imported no more."""
+        self._recording = None
+        self._columns.clear()
+        self._figures.reload()
+        self._button.set_enabled(False)
+        await self._understand(file)
 
     async def _understand(self, file: Path, picks: tuple[Pick, ...] = ()) -> None:
-        """Understand a file, and show what was understood."""
+        """Understand a file, and show what was understood; a choice that leaves no run is taken back."""
         try:
             names = (await asyncio.to_thread(find_layout, file)).table.names
             (self._recording,) = await asyncio.to_thread(understand, [file], Options(picks))
