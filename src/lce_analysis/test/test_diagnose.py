@@ -109,11 +109,11 @@ def test_a_complete_model_is_adequate() -> None:
     assert found.steps == ()
     assert found.sentences[0].startswith("Nothing is missing")
     assert all(c.standing != "missing" for c in found.candidates)
-    assert not [s for s in found.sentences if "jumps of the displacement" in s]
+    assert not [s for s in found.sentences if "s from its jumps" in s]
     everywhere = found.train.misfit["after"]
     away = Misfit({c: 0.5 * total for c, total in everywhere.total.items()}, everywhere.samples)
-    (told,) = (s for s in replace(found, away_from_jumps=away).sentences if "jumps of the displacement" in s)
-    assert f"{away.rms[DISPLACEMENT]:.2f} × the noise in the displacement" in told
+    (told,) = (s for s in replace(found, away_from_jumps=away).sentences if "s from its jumps" in s)
+    assert f"and {away.rms[DISPLACEMENT]:.2f} farther than 0.25 s from its jumps" in told
 
 
 @pytest.mark.parametrize("name", ["creep", "displacement_drift"])
@@ -224,6 +224,16 @@ def test_a_loop_without_laser_power_says_nothing_of_the_heat() -> None:
     found = diagnose(BASE, [*train, loops[0]], [*test, loops[-1]], CANDIDATES)
     assert [s.added for s in found.steps] == ["radiation"]
     assert found.steps[0].held_out.errors.judged_after.samples[TEMPERATURE].size == len(test)
+
+
+def test_a_loop_alone_held_out_does_not_judge_the_heat() -> None:
+    train, (test, *_) = _campaign(_strip_with("radiation"))
+    loop = test.with_series(POWER, None)
+    found = diagnose(BASE, train, [loop], CANDIDATES)
+    (step,) = found.steps
+    assert (step.added, step.held_out.how) == ("radiation", "each run in turn")
+    alone = diagnose(default_model("lumped", "none"), train, [test, loop], CANDIDATES)
+    assert [s.added for s in alone.steps] == ["radiation"]
 
 
 @pytest.mark.parametrize("held_out", [False, True])
@@ -365,9 +375,9 @@ def test_without_a_temperature_nothing_says_which_part_is_at_fault() -> None:
     blind = [replace(run, series={c: s for c, s in run.series.items() if c is not TEMPERATURE}) for run in train]
     search = Search(BASE, blind, (), (), DiagnoseOptions(), silent)
     assert search.base.worst > DiagnoseOptions().explained
-    assert _at_fault(search.base, DiagnoseOptions()) is None
+    assert _at_fault(search) is None
     seen = Search(BASE, train, (), (), DiagnoseOptions(), silent)
-    assert _at_fault(seen.base, DiagnoseOptions()) == "deformation"
+    assert _at_fault(seen) == "deformation"
 
 
 def test_a_history_that_is_none_is_begun_anew() -> None:

@@ -129,6 +129,34 @@ def test_two_differences_of_one_part_are_taken_out_one_after_the_other() -> None
     assert search.accepted == [] and not search.present.model.varies
 
 
+def test_what_stands_between_what_is_taken_out_and_what_stays_goes_with_it() -> None:
+    """Of three differences the first two are taken out, one after the other: the third stands on the base alone."""
+    own = [(40.0, 296.0, 12.0), (46.0, 298.0, 9.0), (52.0, 295.0, 15.0), (43.0, 299.0, 19.0)]
+    runs = [heater(f"day-{i}", gain, ambient, i, tau) for i, (gain, ambient, tau) in enumerate(own)]
+    search = Search(HEATER, runs, (), (), DiagnoseOptions(), silent)
+    while (trial := variation_trial(search.present.heat[0], search.left_out, search.options, silent)) is not None:
+        search.accept(search._variation_step(trial))
+    first, second, third = search.variations
+    for step in (first, second):
+        change = partial(_without_difference, key=step.key)
+        search.take_out(step, search.refitted(change(search.present.model)), change)
+    (left,) = search.variations
+    assert left.key == third.key
+    assert not left.without.model.varies and set(left.with_it.model.varies) == {third.key}
+
+
+def test_on_runs_held_out_only_those_that_show_a_sensor_judge_what_differs() -> None:
+    runs = [heater(f"day-{i}", 40.0, 296.0 + 1.5 * i, i) for i in range(3)]
+    blind = runs[2].with_series(TEMPERATURE, None).with_series(DISPLACEMENT, runs[2].temperature)
+    search = Search(HEATER, runs[:2], (runs[2], blind), (), DiagnoseOptions(), silent)
+    stage = search.present.heat[0]
+    trial = variation_trial(stage, search.left_out, search.options, silent)
+    assert trial is not None
+    held_out = search.left_out.on_test_runs(stage, stage.fit.problem.model, trial.fit.problem.model)
+    assert held_out is not None
+    assert held_out.errors.after.samples[TEMPERATURE].size == 1
+
+
 def test_an_effect_is_judged_anew_once_what_differed_beside_it_is_taken_out() -> None:
     runs = [heater(f"day-{i}", 40.0, 296.0 + 1.5 * i, i) for i in range(3)]
     search = Search(HEATER, runs, (), [find("ambient_drift")], DiagnoseOptions(), silent)

@@ -28,7 +28,7 @@ from lce_analysis.diagnosis.trial import (
     with_effect,
 )
 from lce_analysis.diagnosis.trials import Trials
-from lce_analysis.diagnosis.words import _gets_worse, _held_out_levels, _less_as_given
+from lce_analysis.diagnosis.words import _gets_worse, _held_out_levels, _less_as_given, outcome
 from lce_analysis.identification.problem import ObservedSeries, Problem
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.prediction import Sampling
@@ -151,6 +151,19 @@ def test_an_error_that_rises_on_data_left_out() -> None:
     assert _objection(held_out=_held_out({DISPLACEMENT: 5.0}, {DISPLACEMENT: 5.2})) == "worse"
     both = {TEMPERATURE: 1.0, DISPLACEMENT: 5.0}
     assert _objection(held_out=_held_out(both, {TEMPERATURE: 1.5, DISPLACEMENT: 1.05})) == "worse"
+
+
+@pytest.mark.parametrize(
+    ("after", "judged_after", "told"),
+    [
+        (1.0, 1.0, "confirmed on prbs: d 3.00 → 1.00 × noise"),
+        (9.5, 1.0, "confirmed on prbs, away from jumps: d 3.00 → 1.00 × noise; with them: d 3.00 → 3.08 × noise"),
+        (9.5, 9.5, "judged on prbs: d 3.00 → 3.08 × noise"),
+    ],
+)
+def test_confirmed_is_said_only_where_an_error_falls(after: float, judged_after: float, told: str) -> None:
+    judged = {"judged_before": {DISPLACEMENT: 9.0}, "judged_after": {DISPLACEMENT: judged_after}}
+    assert outcome(_held_out({DISPLACEMENT: 9.0}, {DISPLACEMENT: after}, **judged), "") == told
 
 
 def test_the_answer_says_which_sensor_gets_worse_that_did_not_decide() -> None:

@@ -202,11 +202,11 @@ class Chain:
 
     def take_out(self, step: Accepted, present: StagedFit, change: Callable[[Model], Model]) -> None:
         """Go on without a step that was accepted; ``present`` is what all the others give."""
-        # By its label: what was taken out before has left the later steps with fits of their own.
+        # By its label: what was taken out before has left the later steps, this one as well, with fits of their own.
         place = [accepted.label for accepted in self.accepted].index(step.label)
         earlier, later = self.accepted[:place], self.accepted[place + 1 :]
         fits = [*(self.refitted(change(s.with_it.model)) for s in later[:-1]), present] if later else []
-        before = [step.without, *fits[:-1]][: len(later)]
+        before = [self.accepted[place].without, *fits[:-1]][: len(later)]
         self.accepted = [
             *earlier,
             *(self._moved(s, a, b) for s, a, b in zip(later, before, fits, strict=True)),

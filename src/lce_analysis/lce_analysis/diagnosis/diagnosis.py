@@ -20,7 +20,7 @@ from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
 from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
-from lce_analysis.diagnosis.stage_problem import Apart, Part, StagedFit
+from lce_analysis.diagnosis.stage_problem import Apart, Part
 from lce_analysis.diagnosis.strength import Estimate
 from lce_analysis.diagnosis.structure import Dependence, left_over
 from lce_analysis.diagnosis.trial import Objection, Trial
@@ -295,7 +295,7 @@ def diagnose(
         given=model,
         before=search.base.model,
         model=search.present.model.varying(search.varies()),
-        at_fault=_at_fault(search.base, options),
+        at_fault=_at_fault(search),
         apart=search.present.apart,
         drive=search.present.drive,
         accepted=tuple(search.accepted),
@@ -357,14 +357,18 @@ def _doubtful(trial: Trial, options: DiagnoseOptions) -> bool:
     return trial.objection in DOUBTFUL and trial.reduction >= options.most
 
 
-def _at_fault(base: StagedFit, options: DiagnoseOptions) -> Part | None:
-    """The part of the model behind the sensors that are beyond their noise; None where these do not tell the part."""
-    beyond = {channel for channel, x in base.mean_squares.items() if x > options.explained**2}
+def _at_fault(search: Search) -> Part | None:
+    """The part of the model behind the sensors that are beyond their noise; None where these do not tell the part.
+
+    An effect of the heat may be missing although the temperature alone does not show it.
+    """
+    base = search.base
+    beyond = {channel for channel, x in base.mean_squares.items() if x > search.options.explained**2}
     stage = base.deformation
     heat_unseen = stage is not None and not base.heat and not any(i.driven for i in stage.fit.problem.inputs)
     if not beyond or heat_unseen:
         return None
-    heat = TEMPERATURE in beyond
+    heat = TEMPERATURE in beyond or any(acts_on_temperature(step.trial.effect) for step in search.steps)
     return ("heat" if beyond == {TEMPERATURE} else "both") if heat else "deformation"
 
 
@@ -408,6 +412,8 @@ def errors(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Errors:
     modelled: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     measured: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     for run in runs:
+        if run.power is None and model.deformation == "none":
+            continue  # the run says nothing of the heat
         for channel, values in predict(model, run, drive).at_samples.items():
             modelled[channel].append(values)
             measured[channel].append(run.series[channel].value)

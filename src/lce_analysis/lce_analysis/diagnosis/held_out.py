@@ -23,6 +23,7 @@ from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.prediction import MECHANICAL, model_of_run, simulation_input, start_temperature
 from lce_data.channels import Channel
 from lce_data.progress import Progress
+from lce_data.run import Run
 from lce_model import Model
 from lce_model.terms import Term
 
@@ -77,7 +78,7 @@ class DataLeftOut:
 
     def _tested(self, stage: StageProblem) -> bool:
         """Do the runs held out show what a stage ends in?"""
-        return _ends(stage) <= {channel for run in self.tests.runs for channel in run.measured}
+        return _ends(stage) <= {channel for run in self.tests.runs for channel in predicted(run)}
 
     def names(self, how: LeftOut) -> tuple[str, ...]:
         """Of the runs or blocks left out."""
@@ -106,8 +107,8 @@ class DataLeftOut:
         """
         if not with_it.varies or not self._tested(stage):
             return None
-        pairs = []
-        for one in (self.tests.only(i) for i in range(len(self.tests.runs))):
+        pairs, channels = [], set(stage.channels)
+        for one in (self.tests.only(i) for i, run in enumerate(self.tests.runs) if channels & set(predicted(run))):
             first, second = (self._own_values(model, one, stage) for model in (without, with_it))
             pairs.append(one.pair(first, second, stage.drive, stage.channels))
         return HeldOut("test runs", self.names("test runs"), sum(pairs[1:], pairs[0]))
@@ -153,6 +154,11 @@ class DataLeftOut:
         # The problem is kept beside its refits, so that its id stays its own.
         self._refits[id(problem), how] = problem, found
         return found
+
+
+def predicted(run: Run) -> tuple[Channel, ...]:
+    """The sensors of a run that a model can be compared with: without the laser power it says nothing of the heat."""
+    return tuple(c for c in run.measured if c in MECHANICAL or run.power is not None)
 
 
 def _ends(stage: StageProblem) -> set[Channel]:

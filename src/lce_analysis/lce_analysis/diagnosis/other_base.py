@@ -46,8 +46,10 @@ class OtherBase:
     model : with what was found missing beside it, refitted.
     steps : the effects that were found missing beside it, in their order.
     effects : of the deformation, that the present model had.
-    present, other : errors of the present model and of the other one, each with its effects, on the same runs.
+    present, other : errors of the present model and of the other one, each with its effects, on the same runs, away
+        from the jumps of both.
     runs : their names.
+    jumps : whether there are any.
     """
 
     model: Model
@@ -56,6 +58,7 @@ class OtherBase:
     present: Misfit
     other: Misfit
     runs: tuple[str, ...]
+    jumps: bool = False
 
     @property
     def deformation(self) -> str:
@@ -129,7 +132,9 @@ class OtherBases:
         if not simpler and not _leaves_less(pair, options):
             return None
         names = tuple(run.name for run in _judged(search).runs)
-        return OtherBase(model, steps, tuple(_names(present.model)), pair.before, pair.after, names)
+        away, every = pair.judged_after.samples[DISPLACEMENT].sum(), pair.after.samples[DISPLACEMENT].sum()
+        judged = pair.judged_before, pair.judged_after
+        return OtherBase(model, steps, tuple(_names(present.model)), *judged, names, jumps=bool(away < every))
 
     def _quickest_does_as_well(self, before: Model, model: Model) -> bool:
         """Does the quickest, without effects, do what a model does that has more of them than the one before?"""

@@ -14,7 +14,7 @@ from lce_analysis.diagnosis.structure import TOLD
 from lce_analysis.diagnosis.trial import Objection, untouched_by
 from lce_analysis.jumps import LEFT_OUT_S
 from lce_analysis.signatures.signature import DISCOVER
-from lce_data.channels import DISPLACEMENT, Channel
+from lce_data.channels import DISPLACEMENT, SENSORS, Channel
 from lce_data.units import after_number
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
     "bound is too narrow",
 }
 """What the answer says of an effect that explains much and that it does not name."""
+ELSE: Final = "would explain a part of it{fall}; what was added explains it"
+"""What the answer says of it instead, where nothing is left of the sensors that it was judged on."""
 AT_JUMPS: Final = 1.1
 """Error on every sample over that away from jumps, from which on it is reported."""
 BEYOND: Final = 1.1
@@ -84,13 +86,13 @@ def in_words(found: Diagnosis) -> Iterator[str]:
 
 
 def _jumps(found: Diagnosis) -> Iterator[str]:
-    """How much of the error lies at jumps, if that is much."""
+    """Error on every sample and away from jumps, if the two differ."""
     errors = found.train.misfit["after"], found.away_from_jumps
     everywhere, away = (misfit.rms.get(DISPLACEMENT, 0.0) for misfit in errors)
     if everywhere > AT_JUMPS * away:
         yield (
-            f"Much of that is at jumps of the displacement, where a hundredth of a second decides: farther than "
-            f"{LEFT_OUT_S} s from them the model leaves {away:.2f} × the noise in the displacement."
+            f"In the runs learnt from, the model leaves {everywhere:.2f} × the noise in the displacement, and "
+            f"{away:.2f} farther than {LEFT_OUT_S} s from its jumps, where a hundredth of a second decides."
         )
 
 
@@ -98,9 +100,10 @@ def _other_base(found: OtherBase, present: str) -> Iterator[str]:
     """Which base model to begin with, the errors that say so, and the effects that it lacks itself."""
     other, own = found.other.rms[DISPLACEMENT], found.present.rms[DISPLACEMENT]
     fewer = ", with fewer effects" if len(found.added) < len(found.effects) else ""
+    away = f", away from its jumps{fewer}" if found.jumps else fewer
     yield (
         f"Begin with another base model: on {', '.join(found.runs)} the deformation model "
-        f"{_with(found.deformation, found.added)} leaves {other:.2f} × the noise of the displacement{fewer}, "
+        f"{_with(found.deformation, found.added)} leaves {other:.2f} × the noise of the displacement{away}, "
         f"{_with(present, found.effects)} leaves {own:.2f}. `{_command(found.model)}` identifies it."
     )
     for step in found.steps:
@@ -131,18 +134,37 @@ def _traces(found: Diagnosis) -> Iterator[str]:
         else:
             told = found.free_forms[trace.effect.name] if trial.objection == "hidden" else trial.held_out
             fall = f" ({changes(told.before, told.after)})" if told else ""
-            yield f"{trace.effect.name} {UNNAMED[trial.objection].format(fall=fall)}."
+            said = ELSE if found.steps and _explained(found, trial.stage.channels) else UNNAMED[trial.objection]
+            yield f"{trace.effect.name} {said.format(fall=fall)}."
             yield from (f"At a bound: {one.sentence}." for one in found.held_back.get(trace.effect.name, ()))
     if small:
         yield f"Significant, but too small to matter: {', '.join(small)}."
 
 
-def outcome(held_out: HeldOut, objection: str) -> str:
-    """What data left out say of an effect: "confirmed on prbs: T 4.66 → 2.03 × noise, …"."""
-    on = _on(held_out)
+def _explained(found: Diagnosis, channels: Sequence[Channel]) -> bool:
+    """Are these sensors within what is taken for their noise, in the runs, with what was added?"""
+    left = found.train.misfit["after"].rms
+    return all(left[channel] <= BEYOND for channel in channels if channel in left)
+
+
+def outcome(held_out: HeldOut, objection: str, deciding: Sequence[Channel] = SENSORS) -> str:
+    """What data left out say of an effect: "confirmed on prbs: T 4.66 → 2.03 × noise, …".
+
+    It is confirmed if the error of a deciding sensor falls, on every sample or at least away from the jumps.
+    """
+    on, told, errors = _on(held_out), changes(held_out.before, held_out.after), held_out.errors
     if objection:
-        return f"not confirmed: {objection}; on {on}: {changes(held_out.before, held_out.after)}"
-    return f"confirmed on {on}: {changes(held_out.before, held_out.after)}"
+        return f"not confirmed: {objection}; on {on}: {told}"
+    if _falls(held_out.before, held_out.after, deciding):
+        return f"confirmed on {on}: {told}"
+    if _falls(errors.judged_before, errors.judged_after, deciding):
+        away = changes(errors.judged_before, errors.judged_after)
+        return f"confirmed on {on}, away from jumps: {away}; with them: {told}"
+    return f"judged on {on}: {told}"
+
+
+def _falls(before: Misfit, after: Misfit, channels: Sequence[Channel]) -> bool:
+    return any(after.mean_square(c) < before.mean_square(c) for c in channels if c in before.total)
 
 
 def changes(before: Misfit, after: Misfit) -> str:
@@ -215,7 +237,7 @@ def _variation(step: VariationStep, model: Model) -> str:
     unit = after_number(value.unit)
     return (
         f"{step.key} ({value.parameter.description}) differs from run to run: {by_run[low].value:.4g}{unit} in {low} "
-        f"to {by_run[high].value:.4g}{unit} in {high}; {outcome(step.held_out, '')}. "
+        f"to {by_run[high].value:.4g}{unit} in {high}; {outcome(step.held_out, '', step.trial.stage.channels)}. "
         f"`lce fit --varies {step.key}` gives each run its own."
     )
 
@@ -249,13 +271,19 @@ def _whatever_the_forms(effect: str, held_out: HeldOut, left: float) -> Iterator
 
 def _named(step: Step) -> str:
     """What is missing, and what data left out say of it."""
-    return f"{step.added} is missing: {step.trial.effect.meaning}; {outcome(step.held_out, '')}"
+    told = outcome(step.held_out, "", _deciding(step))
+    return f"{step.added} is missing: {step.trial.effect.meaning}; {told}"
+
+
+def _deciding(step: Step) -> list[Channel]:
+    """The sensors that an effect was judged on."""
+    return [c for c in step.trial.stage.channels if c is not untouched_by(step.trial.effect)]
 
 
 def _gets_worse(step: Step) -> Iterator[str]:
     """Which sensors that did not decide are explained worse with the effect, on data left out."""
     before, after = step.held_out.before, step.held_out.after
-    deciding = [c for c in step.trial.stage.channels if c is not untouched_by(step.trial.effect)]
+    deciding = _deciding(step)
     for channel in (c for c in before.total if c not in deciding):
         if after.mean_square(channel) > max(RISES * before.mean_square(channel), NOISE):
             judged = " and the ".join(c.name for c in deciding)
