@@ -103,6 +103,21 @@ def test_the_fault_that_a_laser_had_before_it_was_armed_again_does_not_end_the_p
     assert player.returncode == 0, player.communicate()
 
 
+@pytest.mark.alone
+def test_a_laser_that_is_disarmed_and_armed_again_ends_the_player(graph: Graph) -> None:
+    laser = graph.probe("laser")
+    power = graph.collect(Float64, "laser/power_command", laser)
+    armed = laser.advertise(Bool, "laser/armed", latched=True)
+    armed.publish(Bool(data=True))
+    player = graph.start("lce_experiment.nodes.experiment_player_node", protocol="hold:power=1.0,hold=20,rest=0.5")
+    graph.until(lambda: 1.0 in power.data, what="light")
+    armed.publish(Bool(data=False))
+    graph.spin_for(0.2)
+    armed.publish(Bool(data=True))
+    _, errors = player.communicate(timeout=15)
+    assert player.returncode == 1 and "stopped: the laser was disarmed" in errors
+
+
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [

@@ -23,6 +23,7 @@ from lce_ros.testing import Graph
 pytestmark = [pytest.mark.alone, pytest.mark.filterwarnings("ignore:DynamicImporter:ImportWarning")]
 
 SETTINGS = CameraSettings(camera="Aravis-Fake-GV01", ir_format="", lower_k=0.0, upper_k=700.0, packet_size=9000)
+REGION = {"width": 64, "height": 64}
 FAKE_CAMERA = shutil.which("arv-fake-gv-camera-0.8")
 
 
@@ -95,7 +96,7 @@ def test_implausible_frames_are_not_temperatures() -> None:
 def test_the_node_publishes_what_the_camera_sees(graph: Graph) -> None:
     probe = graph.probe()
     received = graph.collect(Temperature, "temperature", probe)
-    settings = {"camera": "Aravis-Fake-GV01", "ir_format": "", "packet_size": 9000, "lower_c": -273.15}
+    settings = {"camera": "Aravis-Fake-GV01", "ir_format": "", "packet_size": 9000, "lower_c": -273.15, **REGION}
     graph.add(ThermalCamera, device="flir", **{f"flir.{k}": v for k, v in settings.items()})
     graph.until(lambda: len(received) >= 5)
     ages_s = [t - from_stamp(m.header.stamp) for t, m in zip(received.times_s, received.messages, strict=True)]
@@ -112,6 +113,11 @@ def test_a_camera_that_is_not_there_is_a_fault_that_names_it() -> None:
     while "10.255.255.1" not in (device.fault() or ""):
         assert time.monotonic() < end
     device.close()
+
+
+def test_the_mean_of_the_whole_frame_is_no_temperature_of_a_strip(graph: Graph) -> None:
+    with pytest.raises(ValueError, match=r"flir\.width, flir\.height: 0 is the whole frame, whose mean hardly shows"):
+        graph.add(ThermalCamera, device="flir", **{"flir.x": 10, "flir.height": 5})
 
 
 def test_a_camera_that_would_find_no_temperature_plausible_is_refused() -> None:

@@ -14,11 +14,11 @@ print(*sorted(found))
 """
 REAL_DEVICE = """
 import rclpy
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter as P
 from {module} import {factory}
 
 rclpy.init(domain_id=1)
-node = {factory}(parameter_overrides=[Parameter("device", value="{device}")])
+node = {factory}(parameter_overrides=[P("device", value="{device}"), P("flir.statistic", value="max")])
 node.close()
 """
 

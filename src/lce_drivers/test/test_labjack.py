@@ -356,7 +356,7 @@ def test_hardware_yaml_names_parameters_that_exist(graph: Graph, device: LabJack
     here = {"labjack.host": "127.0.0.1", "labjack.port": device.port, "labjack.volts_per_watt": 1.0}
     for name, factory, own in (
         ("laser", Laser, here),
-        ("thermal_camera", ThermalCamera, {"seed": 1}),
+        ("thermal_camera", ThermalCamera, {"flir.width": 64, "flir.height": 64, "seed": 1}),
         ("distance_sensor", DistanceSensor, {"seed": 1}),
     ):
         given = dict(flat(content[f"/**/{name}"]["ros__parameters"]))

@@ -69,8 +69,17 @@ def test_a_commander_that_ended_with_zero_has_abandoned_the_laser() -> None:
     guard.power_w(1.01, 1.01)
     assert not guard.abandoned(1.3)
     assert guard.abandoned(1.6) and guard.fault(1.6) is None
-    guard.forget()
-    assert not guard.abandoned(1.6)
+
+
+def test_a_laser_that_is_armed_and_that_nobody_commands_is_abandoned_after_a_minute() -> None:
+    guard = PowerGuard(LIMITS)
+    guard.command(0.0, 1.0, 1.0)
+    guard.forget(2.0)
+    assert not guard.abandoned(61.9)
+    assert guard.abandoned(62.1)
+    guard.command(0.0, 62.0, 62.0)
+    guard.power_w(62.1, 62.1)
+    assert not guard.abandoned(62.1)
 
 
 def test_a_command_of_exactly_the_time_out_still_counts_and_an_older_one_does_not() -> None:
@@ -112,7 +121,7 @@ def test_who_commands_light_has_to_say_when_it_ends() -> None:
             assert guard.fault(1.0 + 0.01 * k) is None, "a short silence is a pause"
         guard.power_w(1.52, 1.52)
         assert guard.fault(1.52) == fault
-        guard.forget()
+        guard.forget(0.0)
         assert guard.power_w(1.53, 1.53) == 0.0 and guard.fault(1.53) is None
 
 

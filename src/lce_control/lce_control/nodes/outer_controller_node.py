@@ -15,10 +15,11 @@ Parameters  kp, ki, kd            K/m, K/(m s), K s/m: (6.12) unless set, its ga
             displacement_fault_s  s, a silence of the displacement that is a fault
             frozen_after_s        s, a displacement that repeats itself bit for bit for so long is a fault; 0: never
 
-All parameters are live. The node publishes a setpoint at once after each displacement, and at 100 Hz without any. It
-refuses a target out of reach, with the reachable range in the log and in /diagnostics, and keeps the one before. The
-setpoint is NaN before the first target and without a fresh displacement. A displacement that is silent or frozen while
-a target is followed is a fault: NaN until the laser is disarmed.
+All parameters are live, but the times can only be lowered, and frozen_after_s is read-only. The node publishes a
+setpoint at once after each displacement, and at 100 Hz without any. It refuses a target out of reach, with the
+reachable range in the log and in /diagnostics, and keeps the one before. The setpoint is NaN before the first target
+and without a fresh displacement. A displacement that is silent or frozen while a target is followed is a fault: NaN
+until the laser is disarmed.
 """
 
 import math

@@ -13,10 +13,11 @@ Parameters  kp, ki, kd            W/m, W/(m s), W s/m: those of §6.5.3 unless s
             displacement_fault_s  s, a silence of the displacement that is a fault
             frozen_after_s        s, a displacement that repeats itself bit for bit for so long is a fault; 0: never
 
-All parameters are live. The node publishes a command at once after each displacement, and at 100 Hz without any. It
-refuses a target out of reach as `outer_controller` does. The command is zero without a target or a fresh displacement,
-while the laser is not armed, and when the node ends. A displacement that is silent or frozen while a target is followed
-is a fault: zero until the laser is disarmed.
+All parameters are live, but the times can only be lowered, and frozen_after_s is read-only. The node publishes a
+command at once after each displacement, and at 100 Hz without any. It refuses a target out of reach as
+`outer_controller` does. The command is zero without a target or a fresh displacement, while the laser is not armed, and
+when the node ends. A displacement that is silent or frozen while a target is followed is a fault: zero until the laser
+is disarmed.
 """
 
 import sys

@@ -49,7 +49,7 @@ def _declared_settings(node: SensorNode) -> CameraSettings:
     def kelvin(name: str, default_c: float, description: str) -> float:
         return to_kelvin(fixed(name, default_c, description, unit="°C", lower=-273.15, upper=2000.0))
 
-    return CameraSettings(
+    settings = CameraSettings(
         camera=fixed("camera", "", "name or address, empty: the first found"),
         ir_format=fixed(
             "ir_format",
@@ -71,6 +71,12 @@ def _declared_settings(node: SensorNode) -> CameraSettings:
         packet_size=fixed("packet_size", 0, "network packets, 0: the camera's own", unit="byte", lower=0, upper=9000),
         rate_hz=SHEET.rate_hz,
     )
+    if 0 in (settings.region.width, settings.region.height) and settings.statistic != "max":
+        raise ValueError(
+            f"flir.width, flir.height: 0 is the whole frame, whose {settings.statistic} hardly shows how hot a strip "
+            "in it is; set the region of the strip, or flir.statistic: max"
+        )
+    return settings
 
 
 DEVICES: Final[dict[str, DeviceFactory]] = {"flir": flir}

@@ -127,7 +127,7 @@ class Laser(ManagedNode):
 
     def begin(self) -> None:
         """Follow commands from now on; a laser that arms itself is armed unless there is a fault."""
-        self._guard.forget()
+        self._guard.forget(self.now_s())
         if self._arms_itself:
             self._arming.arm(0.0, math.inf if self._announced is None else self._announced_for_s(self.now_s()))
         limits = [f"{self._guard.limits.max_power_w:g} W"]
@@ -265,7 +265,7 @@ class Laser(ManagedNode):
             refusal = self._arming.arm(self._guard.commanded_w(now_s), self._announced_for_s(now_s))
         if self._arming.armed and not before:
             # What was commanded until now belongs to the time before.
-            self._guard.forget()
+            self._guard.forget(now_s)
         response.success, response.message = refusal is None, "armed" if refusal is None else f"not armed: {refusal}"
         return response
 

@@ -4,10 +4,13 @@
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Final, Protocol
 
 from lce_drivers.laser.clock_watch import AHEAD_S
 from lce_ros.timed_value import TimedValue
+
+UNUSED_S: Final = 60.0
+"""How long an armed laser waits for its first command [s]."""
 
 
 class PowerOutput(Protocol):
@@ -90,6 +93,7 @@ class PowerGuard:
         self._command_w = 0.0
         self._power_w = 0.0
         self._applied_s = math.inf
+        self._begun_s = math.inf
 
     def command(self, power_w: float, sent_s: float, now_s: float) -> str | None:
         """Take in at ``now_s`` [s] a command [W] published at ``sent_s`` [s]; returns what is wrong with it, or None.
@@ -130,8 +134,11 @@ class PowerGuard:
         return None
 
     def abandoned(self, now_s: float) -> bool:
-        """Whether there was a commander, and none for as long as is a fault with the light on."""
-        return math.inf > self._commands.age(now_s) > self.limits.fault_after_s
+        """Whether nobody commands: for as long as is a fault with the light on, or since ``forget`` for UNUSED_S."""
+        age_s = self._commands.age(now_s)
+        if age_s == math.inf:
+            return now_s - self._begun_s > UNUSED_S
+        return age_s > self.limits.fault_after_s
 
     def commanded_w(self, now_s: float) -> float:
         """The newest command at ``now_s`` [s], before all limits [W]; 0 if there is none.
@@ -142,10 +149,10 @@ class PowerGuard:
         lately = self._commands.age(now_s) <= self.limits.fault_after_s
         return command if lately and command is not None and _is_power(command) else 0.0
 
-    def forget(self) -> None:
-        """Forget every command, as before the first one."""
+    def forget(self, now_s: float) -> None:
+        """Forget at ``now_s`` [s] every command, as before the first one."""
         self._commands.clear()
-        self._command_w, self.state = 0.0, State.WAITING
+        self._command_w, self.state, self._begun_s = 0.0, State.WAITING, now_s
 
     def cut(self, now_s: float) -> float:
         """Override the last power with zero [W], and return it; a later rise begins there."""

@@ -90,7 +90,11 @@ class Player(LceNode):
         raise LceError(f"{self.get_name()}: stopped by the laser: {error}")
 
     def _take_armed(self, message: Bool) -> None:
-        self._armed, self._dark_since_s = message.data, None if message.data else self.now_s()
+        self._armed = message.data
+        if not message.data:
+            self._dark_since_s = self.now_s() if self._dark_since_s is None else self._dark_since_s
+        elif self._began_s is None:
+            self._dark_since_s = None  # later, what was not played in the dark would be missing
 
     def _tick(self) -> None:
         now_s = self.now_s()
