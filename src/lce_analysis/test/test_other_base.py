@@ -165,7 +165,7 @@ def test_the_quickest_base_model_takes_the_place_of_effects_that_it_does_without
     search = Search(fitted, runs[:2], runs[2:], (), DiagnoseOptions(compared_from=50.0), silent)
     assert OtherBases(search).better() is None, "no effect was needed"
     step = SimpleNamespace(without=search.present)
-    monkeypatch.setattr("lce_analysis.diagnosis.other_base._deformation_steps", lambda _: [step])
+    monkeypatch.setattr("lce_analysis.diagnosis.other_base.deformation_steps", lambda _: [step])
     found = OtherBases(search).better()
     assert (found is not None) == preferred
     if found is not None:

@@ -17,7 +17,7 @@ from lce_analysis.diagnosis.free_forms import name_behind_wrong_forms
 from lce_analysis.diagnosis.held_out import HeldOut
 from lce_analysis.diagnosis.looking_back import take_back_refuted
 from lce_analysis.diagnosis.misfit import JudgedRuns, Misfit
-from lce_analysis.diagnosis.other_base import OtherBase, OtherBases
+from lce_analysis.diagnosis.other_base import OtherBase, OtherBases, deformation_steps
 from lce_analysis.diagnosis.ranking import Candidate, ranking, traces
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import Apart, Part
@@ -328,7 +328,7 @@ def _not_examined(effect: Effect, runs: Sequence[Run], test_runs: Sequence[Run])
 def compared_bases(search: Search, bases: OtherBases) -> OtherBase | None:
     """A base model that does better; then the effects of the deformation beside the present one are taken back."""
     found = bases.better()
-    behind = [step for step in search.steps if not acts_on_temperature(step.trial.effect)]
+    behind = deformation_steps(search)
     if found is not None and behind:
         for step in reversed(behind):
             search.drop(step, "base")

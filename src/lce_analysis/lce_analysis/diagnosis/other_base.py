@@ -117,7 +117,7 @@ class OtherBases:
         found: tuple[Model, tuple[Step, ...]] | None
         if present.mean_squares.get(DISPLACEMENT, 0.0) <= options.compared_from**2:
             # Where effects of the deformation explain the displacement, only the quickest may do without them.
-            found = (self._quickest, ()) if _deformation_steps(search) and self._quickest else None
+            found = (self._quickest, ()) if deformation_steps(search) and self._quickest else None
         else:
             found = self._found if self._begin_well else None
         if found is None:
@@ -128,7 +128,7 @@ class OtherBases:
             # Too much is left to name an effect; the other form may be worth having by itself.
             model, steps = steps[0].without.model, ()
             pair = _errors(search, present.model, model)
-        simpler = len(steps) < len(_deformation_steps(search)) and _leaves_no_more(pair, options)
+        simpler = len(steps) < len(deformation_steps(search)) and _leaves_no_more(pair, options)
         if not simpler and not _leaves_less(pair, options):
             return None
         names = tuple(run.name for run in _judged(search).runs)
@@ -197,10 +197,10 @@ class OtherBases:
 
 def _before_deformation(search: Search) -> StagedFit:
     """The present model as it was before an effect of the deformation was added."""
-    return next((step.without for step in _deformation_steps(search)), search.present)
+    return next((step.without for step in deformation_steps(search)), search.present)
 
 
-def _deformation_steps(search: Search) -> list[Step]:
+def deformation_steps(search: Search) -> list[Step]:
     """The effects of the deformation that were added."""
     return [step for step in search.steps if not acts_on_temperature(step.trial.effect)]
 
