@@ -23,6 +23,7 @@ from lce_analysis.diagnosis.trial import (
     gets_worse,
     goes_far,
     objection,
+    outlasts,
     penalty,
     untouched_by,
     with_effect,
@@ -164,6 +165,14 @@ def test_an_error_that_rises_on_data_left_out() -> None:
 def test_confirmed_is_said_only_where_an_error_falls(after: float, judged_after: float, told: str) -> None:
     judged = {"judged_before": {DISPLACEMENT: 9.0}, "judged_after": {DISPLACEMENT: judged_after}}
     assert outcome(_held_out({DISPLACEMENT: 9.0}, {DISPLACEMENT: after}, **judged), "") == told
+
+
+@pytest.mark.parametrize(("tau_s", "longer"), [(30.0, False), (119.0, False), (121.0, True)])
+def test_an_effect_that_outlasts_the_runs_shows_only_a_slope(tau_s: float, longer: bool) -> None:
+    runs = [
+        Run.of(name, Series(np.linspace(0.0, end_s, 50), np.zeros(50))) for name, end_s in (("a", 60.0), ("b", 120.0))
+    ]
+    assert outlasts(MODEL.set({"creep.share": 0.1, "creep.tau_v": tau_s}), CREEP, runs) is longer
 
 
 def test_the_answer_says_which_sensor_gets_worse_that_did_not_decide() -> None:

@@ -44,7 +44,7 @@ Column = Literal["given", "before", "after"]
 """The model as given, the same refitted, and with what was added."""
 Errors = Mapping[str, float | None]
 EVENT: Final = "it begins at a time of its own, and several runs do not share one"
-DOUBTFUL: Final = frozenset[Objection]({"masked", "varies", "chance", "worse", "resembles", "bound"})
+DOUBTFUL: Final = frozenset[Objection]({"masked", "varies", "chance", "worse", "resembles", "bound", "long"})
 """What leaves open whether the effect is there."""
 
 

@@ -24,7 +24,7 @@ from lce_analysis.diagnosis.score import score_test
 from lce_analysis.diagnosis.search import Search
 from lce_analysis.diagnosis.stage_problem import StageProblem
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import Trial, agrees, stands_at_a_bound
+from lce_analysis.diagnosis.trial import Trial, agrees, outlasts, stands_at_a_bound
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import DISPLACEMENT
@@ -169,9 +169,10 @@ def _takes_most(search: Search, alone: StageProblem, one: _Contender, held_out: 
     At an end of what it can be, as creep that takes longer than the runs, it may stand in for something else.
     """
     models = alone.fit.problem.model, one.general.fit.problem.model
-    if stands_at_a_bound(models[1], one.trial.effect):
+    effect, runs = one.trial.effect, search.data.judged.runs
+    if stands_at_a_bound(models[1], effect) or outlasts(models[1], effect, runs):
         return False
-    found = strengths_of(one.general.fit, one.trial.effect)
+    found = strengths_of(one.general.fit, effect)
     if found is None or not agrees(replace(one.trial, strengths=found), found, search.options):
         return False
     in_the_runs = search.data.judged.pair(*models, "model", [DISPLACEMENT])

@@ -15,7 +15,14 @@ from lce_analysis.diagnosis.general_form import drifts, general_form, refitted_w
 from lce_analysis.diagnosis.misfit import NOISE, Pair, reduction, share_of
 from lce_analysis.diagnosis.stage_problem import StagedFit
 from lce_analysis.diagnosis.strength import strengths_of
-from lce_analysis.diagnosis.trial import Objection, on_data_left_out, rises, stands_at_a_bound, untouched_by
+from lce_analysis.diagnosis.trial import (
+    Objection,
+    on_data_left_out,
+    outlasts,
+    rises,
+    stands_at_a_bound,
+    untouched_by,
+)
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.options import DiagnoseOptions, Drive
 from lce_analysis.signatures import residual_series, signatures
@@ -251,6 +258,10 @@ def _stands_in(chain: Chain, last: Step) -> Objection:
         return "resembles"
     if _is_at_a_bound(chain, last):
         return "bound"
+    if _leaves_more_than_noise(chain, last) and outlasts(
+        chain.present.model, last.trial.effect, chain.data.judged.runs
+    ):
+        return "long"
     proven = last.added in chain.free_forms or _explained(chain, last) or _seen_at_once(chain, last)
     return "" if proven else "part"
 
@@ -317,13 +328,16 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
 
 def _is_at_a_bound(chain: Chain, last: Step) -> bool:
     """Is the effect at the end of what it can be, and even so leaves more than noise of a sensor?"""
-    effect, stage = last.trial.effect, chain.present.stage(last.trial.stage.part)
+    return _leaves_more_than_noise(chain, last) and stands_at_a_bound(chain.present.model, last.trial.effect)
+
+
+def _leaves_more_than_noise(chain: Chain, last: Step) -> bool:
+    """Is a sensor that the last effect acts on left beyond its noise?"""
+    stage = chain.present.stage(last.trial.stage.part)
     left = {} if stage is None else stage.fit.mean_squares
-    judged = set(last.trial.stage.channels) - {untouched_by(effect)}
+    judged = set(last.trial.stage.channels) - {untouched_by(last.trial.effect)}
     worst = max((x for channel, x in left.items() if channel in judged), default=0.0)
-    if worst <= NOISE + chain.options.worth_noise:
-        return False
-    return stands_at_a_bound(chain.present.model, effect)
+    return worst > NOISE + chain.options.worth_noise
 
 
 def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:

@@ -25,6 +25,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "hidden": "free curves in the place of the base model's forms bring it out; as they are, these hide it",
     "form": "a free curve beside it explains what it leaves: another form is missing, or the base model is wrong there",
     "bound": "a parameter of it is at its bound: it may stand in for something else, or the bound is too narrow",
+    "long": "a time constant of it is longer than the runs, which show no end of it: another slow effect may be there",
     "null": "refitted, its strength stays within 0.1 % of its range of its null value, or the error does not fall",
     "chance": "the error falls no more than errors that last for seconds may let it fall by chance",
     "masked": "the free parameters of the model can do the same",
@@ -35,7 +36,7 @@ REASON: Final[Mapping[Objection, str]] = {
     "disturbed": "most of its gain is what a sensor or a disturbance from outside did",
     "base": "another base model does as well or better without it",
 }
-TRACES: Final = frozenset[Objection]({"small", "part", "resembles", "form", "bound", "hidden"})
+TRACES: Final = frozenset[Objection]({"small", "part", "resembles", "form", "bound", "long", "hidden"})
 
 
 @dataclass(frozen=True)

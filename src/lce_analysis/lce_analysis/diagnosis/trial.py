@@ -2,6 +2,7 @@
 """A candidate tried: the model refitted with it, beside the same model without it, and what speaks against it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -21,6 +22,7 @@ from lce_analysis.identification.transformation import Transformation
 from lce_analysis.inputs import differs_between_runs_only
 from lce_analysis.options import DiagnoseOptions
 from lce_data.channels import TEMPERATURE, Channel
+from lce_data.run import Run
 from lce_model import Model
 from lce_model.effects import Effect
 from lce_model.terms import Parameter
@@ -28,7 +30,7 @@ from lce_model.terms import Parameter
 Floats = NDArray[np.float64]
 Objection = Literal[
     "", "null", "chance", "masked", "worse", "small", "varies", "less", "part", "resembles", "form", "bound",
-    "hidden", "driven", "disturbed", "base",
+    "long", "hidden", "driven", "disturbed", "base",
 ]  # fmt: skip
 
 LONGEST_FIRST_STEP: Final = 0.3
@@ -204,6 +206,16 @@ def stands_at_a_bound(model: Model, effect: Effect) -> bool:
         if min(sides.values()) <= AT_NULL:
             return True
     return False
+
+
+def outlasts(model: Model, effect: Effect, runs: Sequence[Run]) -> bool:
+    """Does an effect take longer to follow than the longest run lasts?
+
+    Then no run shows where it ends: all that the runs tell is a slope, as of whatever else is slow.
+    """
+    longest_s = max(float(series.time_s[-1] - series.time_s[0]) for run in runs for series in run.series.values())
+    own = (v for v in model.values if v.term == effect.name and v.unit == "s")
+    return any(v.value > longest_s and v.parameter.name not in effect.in_durations for v in own)
 
 
 def on_data_left_out(

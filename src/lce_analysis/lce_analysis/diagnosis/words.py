@@ -42,6 +42,8 @@ UNNAMED: Final[Mapping[Objection, str]] = {
     "forms as they are the errors do not bear it out: look for better forms first (`lce discover`)",
     "bound": "explains a part of it{fall} with a parameter at its bound: it may stand in for something else, or the "
     "bound is too narrow",
+    "long": "explains a part of it{fall} with a time constant longer than the runs: it may stand in for something else "
+    "that is slow; longer runs tell",
 }
 """What the answer says of an effect that explains much and that it does not name."""
 ELSE: Final = "would explain a part of it{fall}; what was added explains it"
