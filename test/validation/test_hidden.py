@@ -611,6 +611,16 @@ def test_an_effect_beside_another_base_that_leaves_more_than_noise_is_not_named(
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)
+def test_creep_longer_than_the_runs_does_not_stand_in_for_a_sensor_that_drifts() -> None:
+    result = judge(Case("equilibrium", ("displacement_drift",), "clear", 11, "without"))
+    assert result.get("failed") is None
+    assert result["added"] == []
+    (creep,) = [one for one in result["tried"] if one["effect"] == "creep"]
+    assert creep["standing"] == "trace" and "longer than the runs" in creep["reason"]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_an_effect_that_only_led_out_of_a_poor_minimum_is_not_confirmed_where_it_is_added() -> None:
     train, test = campaign(Case("chapter-5-continuous", (), "clear", 19))
     poor = default_model("lumped", "dynamic").set(POOR)

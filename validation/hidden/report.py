@@ -312,8 +312,8 @@ Strips of `validation/hidden`, which share no code with the product, hide an eff
 its training runs, and `lce diagnose` says what is missing. An exact base holds the equations of the strip, an imperfect
 one does not. `validation/hidden/effects.py` says which of the hidden effects have another form than in the library.
 Each seed is other strips. Those of seeds 0 to 4 were used to mend the product, of the family skewed-relays those of
-seed 9, and one case each after the pages of seeds 7 and 10; a few of seeds 0 to 6 and 9 are in the tests. A seed by
-whose cases the product was mended is used up.
+seed 9, and one case each after the pages of seeds 7, 10 and 11; a few of seeds 0 to 6, 9 and 11 are in the tests. A
+seed by whose cases the product was mended is used up.
 The `.jsonl` file beside this page holds what was noted of each case, in the order in which they ended.
 Of each kind of case in each family, those judged are a fair sample. The command goes on with the rest as long as what
 a case runs stays the same, a part of them with `--minutes` and `--only`; with `--fresh` it begins anew.
