@@ -233,7 +233,7 @@ def test_a_loop_alone_held_out_does_not_judge_the_heat() -> None:
     (step,) = found.steps
     assert (step.added, step.held_out.how) == ("radiation", "each run in turn")
     alone = diagnose(default_model("lumped", "none"), train, [test, loop], CANDIDATES)
-    assert [s.added for s in alone.steps] == ["radiation"]
+    assert [(s.added, s.held_out.names) for s in alone.steps] == [("radiation", (test.name,))]
 
 
 @pytest.mark.parametrize("held_out", [False, True])

@@ -168,9 +168,10 @@ def test_confirmed_is_said_only_where_an_error_falls(after: float, judged_after:
 
 
 @pytest.mark.parametrize(("tau_s", "longer"), [(30.0, False), (119.0, False), (121.0, True)])
-def test_an_effect_that_outlasts_the_runs_shows_only_a_slope(tau_s: float, longer: bool) -> None:
+def test_an_effect_with_a_time_constant_longer_than_the_runs_outlasts_them(tau_s: float, longer: bool) -> None:
     runs = [
-        Run.of(name, Series(np.linspace(0.0, end_s, 50), np.zeros(50))) for name, end_s in (("a", 60.0), ("b", 120.0))
+        Run.of(name, None, Series(np.linspace(0.0, end_s, 50), np.zeros(50)))
+        for name, end_s in (("a", 60.0), ("b", 120.0))
     ]
     assert outlasts(MODEL.set({"creep.share": 0.1, "creep.tau_v": tau_s}), CREEP, runs) is longer
 

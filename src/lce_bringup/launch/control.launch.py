@@ -25,10 +25,14 @@ from lce_experiment.registry import FEEDFORWARD, INNER, MODEL, OUTER, SINGLE
 def generate_launch_description() -> LaunchDescription:
     """Arguments of bench.launch.py, and mode, gains, record, out."""
     mode, plant = LaunchConfiguration("mode"), LaunchConfiguration("plant")
-    # The gains of lce tune have the power limit of its strip, which a file of the bench may lower.
-    files = [
-        ParameterFile(file) for file in (config("control.yaml"), *map(LaunchConfiguration, ("gains", "params_file")))
-    ]
+    # The gains of lce tune have the power limit of its strip; that of the bench goes before it.
+    layers = (
+        config("control.yaml"),
+        LaunchConfiguration("gains"),
+        config(plant, ".yaml"),
+        LaunchConfiguration("params_file"),
+    )
+    files = [ParameterFile(file) for file in layers]
     model = {"model_file": text(LaunchConfiguration("model"))}
     double, single, by_model = (IfCondition(EqualsSubstitution(mode, name)) for name in ("double", "single", "model"))
     return LaunchDescription(

@@ -160,16 +160,17 @@ def usable(run: Run) -> Run:
 
 
 def _check_overlap(run: Run) -> None:
-    """Raise LceError if the laser power and a sensor, or two sensors, have no time in common."""
+    """Raise LceError if the laser power or a sensor has no time in common with the others."""
     first, *others = [channel for channel in run.series if channel is POWER or channel in SENSORS]
     (begin, end), name = _span(run, first), first.name
     for channel in others:
         from_s, to_s = _span(run, channel)
         if from_s > end or to_s < begin:
             raise LceError(
-                f"{run.path}: {name} was recorded from {begin:.6g} to {end:.6g} s, {channel.name} from {from_s:.6g} to "
-                f"{to_s:.6g} s: they have no time in common; were they stamped by two clocks?"
+                f"{run.path}: {channel.name} was recorded from {from_s:.6g} to {to_s:.6g} s, {name} from {begin:.6g} "
+                f"to {end:.6g} s: they have no time in common. Are they stamped by two clocks? Set these, and record again"
             )
+        begin, end, name = min(begin, from_s), max(end, to_s), f"{name} and {channel.name}"
 
 
 def _span(run: Run, channel: Channel) -> tuple[float, float]:

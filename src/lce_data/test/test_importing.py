@@ -162,8 +162,16 @@ def test_rows_of_one_sensor_each_at_one_time_are_put_together(tmp_path: Path) ->
 def test_separators_of_thousands_are_refused(tmp_path: Path) -> None:
     rows = [f'{t},"1,200",{k}' for t, k in zip(TIME_S.tolist(), WARM_K.tolist(), strict=True)]
     (tmp_path / "x.csv").write_text("\n".join(["time_s,power_mw,temperature_k", *rows]), encoding="utf-8")
-    with pytest.raises(LceError, match=r"x\.csv: '1,200' and '0\.0' in one table: save it without separators"):
+    with pytest.raises(LceError, match=r"x\.csv: '1,200' and '0\.0' in one table, as if '1,200' had a separator"):
         read_foreign(tmp_path / "x.csv")
+
+
+def test_another_sign_in_a_column_that_nobody_reads_is_no_matter(tmp_path: Path) -> None:
+    rows = [
+        f"{t:.1f};{p:.1f};{k:.2f};2.1".replace(".", ",", 3) for t, p, k in zip(TIME_S, POWER_W, WARM_K, strict=True)
+    ]
+    (tmp_path / "x.csv").write_text("\n".join(["time_s;power_w;temperature_k;firmware", *rows]), encoding="utf-8")
+    assert [row[4] for row in read_foreign(tmp_path / "x.csv").rows] == ["60", "60", "60"]
 
 
 def test_a_letter_of_windows_far_down_the_table(tmp_path: Path) -> None:

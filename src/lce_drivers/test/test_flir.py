@@ -116,7 +116,9 @@ def test_a_camera_that_is_not_there_is_a_fault_that_names_it() -> None:
 
 
 def test_the_mean_of_the_whole_frame_is_no_temperature_of_a_strip(graph: Graph) -> None:
-    with pytest.raises(ValueError, match=r"flir\.width, flir\.height: 0 is the whole frame, whose mean hardly shows"):
+    with pytest.raises(
+        ValueError, match=r"flir\.width, flir\.height: 0 reaches to the edge of the frame, and the mean"
+    ):
         graph.add(ThermalCamera, device="flir", **{"flir.x": 10, "flir.height": 5})
 
 

@@ -68,7 +68,8 @@ class Diagnosis:
     verdict : "adequate" (nothing is missing), "missing" (effects of the library are worth adding), "unexplained"
         (something is left that no effect of the library explains) or "cannot_tell".
     given, before, model : as given, refitted to the runs without any addition, and with what was accepted.
-    at_fault : the part of the model that left a sensor unexplained before anything was added; None if none did.
+    at_fault : the part of the model that left a sensor unexplained before anything was added, or of which an effect
+        is missing; None if none did.
     apart : why the heat was fitted alone in the end, as of ``StagedFit``.
     drive : what drove the deformation when it was judged.
     accepted : what was changed in the model, in its order: ``steps`` are the effects that were added, ``variations``

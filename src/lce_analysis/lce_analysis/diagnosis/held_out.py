@@ -80,12 +80,21 @@ class DataLeftOut:
         """Do the runs held out show what a stage ends in?"""
         return _ends(stage) <= {channel for run in self.tests.runs for channel in predicted(run)}
 
-    def names(self, how: LeftOut) -> tuple[str, ...]:
-        """Of the runs or blocks left out."""
+    def _showing(self, stage: StageProblem) -> list[int]:
+        """The runs held out that show a sensor of a stage, by their numbers."""
+        channels = set(stage.channels)
+        return [i for i, run in enumerate(self.tests.runs) if channels & set(predicted(run))]
+
+    def _names(self, how: LeftOut, stage: StageProblem) -> tuple[str, ...]:
+        """Of the runs or blocks left out to judge a stage."""
+        return tuple(self.tests.runs[i].name for i in self._showing(stage)) if how == "test runs" else self._parts(how)
+
+    def _parts(self, how: LeftOut) -> tuple[str, ...]:
+        """Of the runs, or of the blocks of every run."""
         if how == "each block in turn":
             one = f"{self.judged.runs[0].name}, " if len(self.judged.runs) == 1 else ""
             return tuple(f"{one}block {b + 1} of {BLOCKS}" for b in range(BLOCKS))
-        return tuple(run.name for run in (self.tests if how == "test runs" else self.judged).runs)
+        return tuple(run.name for run in self.judged.runs)
 
     def errors(self, stage: StageProblem, with_it: Problem, effect: str) -> HeldOut:
         """Errors of a stage without and with an effect, refitted without what is left out."""
@@ -98,7 +107,7 @@ class DataLeftOut:
             before = _errors_of_blocks(without, self._refitted(without, how, "as it is"))
             after = _errors_of_blocks(with_it, self._refitted(with_it, how, f"with {effect}"))
             errors = Pair(before, after, before, after)
-        return HeldOut(how, self.names(how), errors)
+        return HeldOut(how, self._names(how, stage), errors)
 
     def on_test_runs(self, stage: StageProblem, without: Model, with_it: Model) -> HeldOut | None:
         """Errors of two models on the runs held out, where something differs from run to run; else None.
@@ -107,11 +116,11 @@ class DataLeftOut:
         """
         if not with_it.varies or not self._tested(stage):
             return None
-        pairs, channels = [], set(stage.channels)
-        for one in (self.tests.only(i) for i, run in enumerate(self.tests.runs) if channels & set(predicted(run))):
+        pairs = []
+        for one in map(self.tests.only, self._showing(stage)):
             first, second = (self._own_values(model, one, stage) for model in (without, with_it))
             pairs.append(one.pair(first, second, stage.drive, stage.channels))
-        return HeldOut("test runs", self.names("test runs"), sum(pairs[1:], pairs[0]))
+        return HeldOut("test runs", self._names("test runs", stage), sum(pairs[1:], pairs[0]))
 
     def _own_values(self, model: Model, one: JudgedRuns, stage: StageProblem) -> Model:
         """The model with what differs from run to run, as far as the stage shows it, fitted to one run."""
@@ -149,7 +158,7 @@ class DataLeftOut:
             parts = [_counting(problem, [1.0 - mask for mask in inside]) for inside in _blocks(problem)]
         found = [
             optimum(part, f"{label} without {name}", self.progress, ITERATIONS, TOLERANCE)
-            for part, name in zip(parts, self.names(how), strict=True)
+            for part, name in zip(parts, self._parts(how), strict=True)
         ]
         # The problem is kept beside its refits, so that its id stays its own.
         self._refits[id(problem), how] = problem, found

@@ -258,7 +258,7 @@ def _stands_in(chain: Chain, last: Step) -> Objection:
         return "resembles"
     if _is_at_a_bound(chain, last):
         return "bound"
-    if _leaves_more_than_noise(chain, last) and outlasts(
+    if _worst(chain, last) > chain.options.explained**2 and outlasts(
         chain.present.model, last.trial.effect, chain.data.judged.runs
     ):
         return "long"
@@ -328,16 +328,17 @@ def _leaves_its_shape(chain: Chain, last: Step) -> bool:
 
 def _is_at_a_bound(chain: Chain, last: Step) -> bool:
     """Is the effect at the end of what it can be, and even so leaves more than noise of a sensor?"""
-    return _leaves_more_than_noise(chain, last) and stands_at_a_bound(chain.present.model, last.trial.effect)
+    if _worst(chain, last) <= NOISE + chain.options.worth_noise:
+        return False
+    return stands_at_a_bound(chain.present.model, last.trial.effect)
 
 
-def _leaves_more_than_noise(chain: Chain, last: Step) -> bool:
-    """Is a sensor that the last effect acts on left beyond its noise?"""
+def _worst(chain: Chain, last: Step) -> float:
+    """Mean squared error of the sensor that is left worst, of those that the last effect acts on; 0 without one."""
     stage = chain.present.stage(last.trial.stage.part)
     left = {} if stage is None else stage.fit.mean_squares
     judged = set(last.trial.stage.channels) - {untouched_by(last.trial.effect)}
-    worst = max((x for channel, x in left.items() if channel in judged), default=0.0)
-    return worst > NOISE + chain.options.worth_noise
+    return max((x for channel, x in left.items() if channel in judged), default=0.0)
 
 
 def _take_out_difference(chain: Chain, step: VariationStep, without: StagedFit) -> None:

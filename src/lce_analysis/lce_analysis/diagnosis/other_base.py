@@ -71,7 +71,7 @@ class OtherBase:
         return [step.added for step in self.steps]
 
     def as_json(self) -> dict[str, Any]:
-        """How to identify it, what is missing beside it, RMS errors of the displacement in units of its noise."""
+        """How to identify it, what is missing beside it, RMS errors of the displacement in × noise, away from jumps."""
         return {
             "deformation": self.deformation,
             "effects": list(self.model.effects),

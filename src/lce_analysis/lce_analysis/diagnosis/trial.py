@@ -209,12 +209,12 @@ def stands_at_a_bound(model: Model, effect: Effect) -> bool:
 
 
 def outlasts(model: Model, effect: Effect, runs: Sequence[Run]) -> bool:
-    """Does an effect take longer to follow than the longest run lasts?
+    """Is a time constant of an effect longer than the longest run?
 
-    Then no run shows where it ends: all that the runs tell is a slope, as of whatever else is slow.
+    Then no run shows where it ends, and whatever else is slow may do as well.
     """
-    longest_s = max(float(series.time_s[-1] - series.time_s[0]) for run in runs for series in run.series.values())
-    own = (v for v in model.values if v.term == effect.name and v.unit == "s")
+    longest_s = max(float(series.time_s[-1] - series.time_s[0]) for run in runs for series in run.measured.values())
+    own = (v for v in model.values if v.term == effect.name and v.unit == "s" and not v.fixed)
     return any(v.value > longest_s and v.parameter.name not in effect.in_durations for v in own)
 
 

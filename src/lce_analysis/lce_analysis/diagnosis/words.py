@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lce_analysis.diagnosis.accepted import Step, VariationStep
     from lce_analysis.diagnosis.diagnosis import Diagnosis
     from lce_analysis.diagnosis.other_base import OtherBase
+    from lce_analysis.diagnosis.trial import Trial
     from lce_model import Model
 
 
@@ -136,17 +137,17 @@ def _traces(found: Diagnosis) -> Iterator[str]:
         else:
             told = found.free_forms[trace.effect.name] if trial.objection == "hidden" else trial.held_out
             fall = f" ({changes(told.before, told.after)})" if told else ""
-            said = ELSE if found.steps and _explained(found, trial.stage.channels) else UNNAMED[trial.objection]
+            said = ELSE if found.steps and _explained(found, trial) else UNNAMED[trial.objection]
             yield f"{trace.effect.name} {said.format(fall=fall)}."
             yield from (f"At a bound: {one.sentence}." for one in found.held_back.get(trace.effect.name, ()))
     if small:
         yield f"Significant, but too small to matter: {', '.join(small)}."
 
 
-def _explained(found: Diagnosis, channels: Sequence[Channel]) -> bool:
-    """Are these sensors within what is taken for their noise, in the runs, with what was added?"""
+def _explained(found: Diagnosis, trial: Trial) -> bool:
+    """Are the sensors that a trial was judged on within what is taken for their noise, with what was added?"""
     left = found.train.misfit["after"].rms
-    return all(left[channel] <= BEYOND for channel in channels if channel in left)
+    return all(left[channel] <= BEYOND for channel in _deciding(trial) if channel in left)
 
 
 def outcome(held_out: HeldOut, objection: str, deciding: Sequence[Channel] = SENSORS) -> str:
@@ -273,19 +274,19 @@ def _whatever_the_forms(effect: str, held_out: HeldOut, left: float) -> Iterator
 
 def _named(step: Step) -> str:
     """What is missing, and what data left out say of it."""
-    told = outcome(step.held_out, "", _deciding(step))
+    told = outcome(step.held_out, "", _deciding(step.trial))
     return f"{step.added} is missing: {step.trial.effect.meaning}; {told}"
 
 
-def _deciding(step: Step) -> list[Channel]:
+def _deciding(trial: Trial) -> list[Channel]:
     """The sensors that an effect was judged on."""
-    return [c for c in step.trial.stage.channels if c is not untouched_by(step.trial.effect)]
+    return [c for c in trial.stage.channels if c is not untouched_by(trial.effect)]
 
 
 def _gets_worse(step: Step) -> Iterator[str]:
     """Which sensors that did not decide are explained worse with the effect, on data left out."""
     before, after = step.held_out.before, step.held_out.after
-    deciding = _deciding(step)
+    deciding = _deciding(step.trial)
     for channel in (c for c in before.total if c not in deciding):
         if after.mean_square(channel) > max(RISES * before.mean_square(channel), NOISE):
             judged = " and the ".join(c.name for c in deciding)

@@ -30,6 +30,7 @@ DATES: Final = (
 """Forms of dates beside ISO 8601."""
 MISSING: Final = ("NaN", "nan", "NAN", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None", "-", "--")
 """Words for a sample that is not there."""
+THOUSANDS: Final = r"[+-]?[1-9]\d{0,2}([.,]\d{3})+"
 CLOCK: Final = r"\d{1,3}:\d\d:\d\d(?:[.,]\d+)?"
 
 
@@ -171,14 +172,15 @@ def _is_number(cell: str) -> bool:
 
 
 def _decimal(path: Path, numbers: Sequence[str]) -> str:
-    """The decimal sign of numbers. Raises LceError if some have a comma and others a point."""
-    comma, point = (next((cell for cell in numbers if sign in cell), None) for sign in ",.")
-    if comma and point:
-        raise LceError(
-            f"{path}: {comma!r} and {point!r} in one table: save it without separators of thousands, which cannot be "
-            "told from decimal signs"
-        )
-    return "," if comma else "."
+    """The decimal sign of numbers. Raises LceError if commas or points among them separate thousands, as it seems."""
+    commas, points = ([cell for cell in numbers if sign in cell] for sign in ",.")
+    for cells in (commas, points):
+        if commas and points and all(re.fullmatch(THOUSANDS, cell) for cell in cells):
+            raise LceError(
+                f"{path}: {commas[0]!r} and {points[0]!r} in one table, as if {cells[0]!r} had a separator of "
+                "thousands, which cannot be told from a decimal sign: save it without"
+            )
+    return "," if commas else "."
 
 
 def _is_word_of_data(cell: str) -> bool:

@@ -130,7 +130,7 @@ class Recording:
     ----------
     signals : the time, if the file is a table, and what holds a channel.
     left_out : columns or topics that hold nothing else that is known, each with a remark.
-    rows_changed : a sentence on rows that are left out.
+    rows_changed : a sentence on rows of one time, which are put together.
     notes : conditions that the file itself tells.
     """
 
@@ -167,7 +167,7 @@ class Recording:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is done to the file without a question: rows left out, and units that stand for others."""
+        """What is done to the file without a question: rows put together, and units that stand for others."""
         said = ((s.source, MEANING.get((si_unit(s.quantity), s.unit.symbol))) for s in self.signals)
         meanings = (f"{source}: {meaning}" for source, meaning in said if meaning)
         return (*meanings, *self.rows_changed)

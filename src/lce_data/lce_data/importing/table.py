@@ -71,7 +71,7 @@ def read_table(path: Path, picks: Sequence[Pick] = ()) -> Recording:
 
 
 def _read_rows(path: Path, layout: Layout, columns: dict[str, str]) -> tuple[dict[str, Floats], tuple[str, ...]]:
-    """Values (n,) as in the file of each quantity that has any, the time first, and a sentence on rows left out."""
+    """Values (n,) as in the file of each quantity that has any, the time first, and a sentence on rows put together."""
     read = read_columns(path, layout.table, [*columns.values()])
     filled = np.any([np.isfinite(values) for values in read.values()], axis=0)  # spreadsheets end with rows of commas
     raw = {q: _only(read[name], filled) for q, name in columns.items() if np.isfinite(read[name]).any()}

@@ -73,8 +73,8 @@ def _declared_settings(node: SensorNode) -> CameraSettings:
     )
     if 0 in (settings.region.width, settings.region.height) and settings.statistic != "max":
         raise ValueError(
-            f"flir.width, flir.height: 0 is the whole frame, whose {settings.statistic} hardly shows how hot a strip "
-            "in it is; set the region of the strip, or flir.statistic: max"
+            f"flir.width, flir.height: 0 reaches to the edge of the frame, and the {settings.statistic} of so much "
+            "hardly shows how hot a strip in it is; set the region of the strip, or flir.statistic: max"
         )
     return settings
 

@@ -221,7 +221,8 @@ class Laser(ManagedNode):
         if armed:
             self._arming.latch(self._guard.fault(now_s))
             if self._device.makes_light and self._guard.abandoned(now_s):
-                self._arming.disarm()  # whoever commands next has to be let in by somebody
+                self._arming.disarm()
+                self.get_logger().warning("nobody commands: whoever does next has to be let in by laser/arm")
         if self._interlock is not None:
             wanted = None if not self._guard.heard(now_s) else wanted_w if armed else 0.0
             self._arming.latch(self._interlock.judge(now_s, wanted))

@@ -40,6 +40,7 @@ class ImportTab:
 
     def __init__(self, state: WorkbenchState) -> None:
         self._state, self._version = state, -1
+        self._file: Path | None = None
         self._recording: Recording | None = None
         self._names: tuple[str, ...] = ()
         ui.label(
@@ -78,7 +79,7 @@ class ImportTab:
 
     async def _open(self, file: Path) -> None:
         """Another file: what was understood of the one before is shown and imported no more."""
-        self._recording = None
+        self._file, self._recording = file, None
         self._columns.clear()
         self._figures.reload()
         self._button.set_enabled(False)
@@ -88,8 +89,10 @@ class ImportTab:
         """Understand a file, and show what was understood; a choice that leaves no run is taken back."""
         try:
             names = (await asyncio.to_thread(find_layout, file)).table.names
-            (self._recording,) = await asyncio.to_thread(understand, [file], Options(picks))
-            self._names = names
+            (recording,) = await asyncio.to_thread(understand, [file], Options(picks))
+            if file != self._file:
+                return  # another one was chosen meanwhile
+            self._recording, self._names = recording, names
         except LceError as error:
             ui.notify(" ".join(str(error).split()), type="negative")
         if self._recording is not None:
