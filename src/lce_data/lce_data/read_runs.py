@@ -168,7 +168,7 @@ def _check_overlap(run: Run) -> None:
         if from_s > end or to_s < begin:
             raise LceError(
                 f"{run.path}: {channel.name} was recorded from {from_s:.6g} to {to_s:.6g} s, {name} from {begin:.6g} "
-                f"to {end:.6g} s: they have no time in common. Are they stamped by two clocks? Set these, and record again"
+                f"to {end:.6g} s: they have no time in common. Do two clocks stamp them? Set these and record again"
             )
         begin, end, name = min(begin, from_s), max(end, to_s), f"{name} and {channel.name}"
 
