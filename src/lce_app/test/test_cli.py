@@ -192,6 +192,10 @@ def test_a_model_does_not_take_the_place_of_a_recording(
     assert cli.main(["fit", "--out", str(run), str(run)]) == 1
     assert "is a recording, which would be overwritten" in capsys.readouterr().err
     assert run.read_bytes() == measured
+    beside = run.with_suffix(".yaml")
+    beside.write_text("conditions:\n  ambient_c: 21.0\n", encoding="utf-8")
+    assert cli.main(["fit", str(run), "--out", str(beside)]) == 1
+    assert "says what is known of a recording" in capsys.readouterr().err
 
 
 def test_an_error_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch, model: Path, tmp_path: Path) -> None:

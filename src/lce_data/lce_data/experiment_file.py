@@ -12,7 +12,7 @@ import json
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, TypeGuard
 
 import msgspec
 from msgspec import Meta, Struct
@@ -205,8 +205,19 @@ def beside_csv(recording: Path) -> Experiment:
     """
     file = recording.with_suffix(".yaml")
     content = read_yaml(file) if file.exists() else None
-    ours = isinstance(content, Mapping) and ("conditions" in content or content.get("format") == FORMAT)
-    return experiment_of(content, file) if ours else Experiment()
+    return experiment_of(content, file) if _is_experiment(content) else Experiment()
+
+
+def holds_experiment(file: Path) -> bool:
+    """Whether a YAML file holds what is known of a recording; one that cannot be read does not."""
+    try:
+        return _is_experiment(read_yaml(file))
+    except LceError:
+        return False
+
+
+def _is_experiment(content: Any) -> TypeGuard[Mapping[str, Any]]:
+    return isinstance(content, Mapping) and ("conditions" in content or content.get("format") == FORMAT)
 
 
 def write_beside_csv(recording: Path, experiment: Experiment) -> None:

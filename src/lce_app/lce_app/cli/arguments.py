@@ -170,19 +170,28 @@ def check_inputs(runs: Iterable[Path] = (), models: Iterable[Path | None] = ()) 
 def check_outputs(*files: Path | None, table: bool = False) -> None:
     """Raise LceError for the first file that could not be written, before the minutes of work that it is to hold.
 
-    Unless it is to be a table, it may not take the place of a recording: of ``--out runs/*.csv`` the shell makes one.
+    Unless it is to be a table, it may not take the place of a recording, as by ``--out runs/*.csv``, of which the shell
+    makes the first of them. Nor may any take that of what is known of a recording.
     """
     for file in files:
         if file is None:
             continue
         if not table and file.suffix.lower() in RECORDINGS and _exists(file):
             raise LceError(f"{file}: is a recording, which would be overwritten; name another file")
+        if file.suffix == ".yaml" and _exists(file) and _describes_a_recording(file):
+            raise LceError(f"{file}: says what is known of a recording, which would be lost; name another file")
         if _exists(file) and file.is_dir():
             raise LceError(f"{file}: is a folder; name a file in it")
         if not (_exists(file.parent) and file.parent.is_dir()):
             raise LceError(f"{file}: there is no folder {file.parent}; make it first")
         if not os.access(file.parent, os.W_OK):
             raise LceError(f"{file}: the folder {file.parent} cannot be written")
+
+
+def _describes_a_recording(file: Path) -> bool:
+    from lce_data.experiment_file import holds_experiment
+
+    return holds_experiment(file)
 
 
 def _exists(path: Path) -> bool:
