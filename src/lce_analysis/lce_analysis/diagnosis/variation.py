@@ -39,7 +39,8 @@ REFITTED: Final = 3
 class VariationTrial:
     """A parameter refitted with a value for each run.
 
-    predicted_gain, gain : of the squared error, in units of the noise.
+    predicted_reduction : share of the error above the noise that the Jacobian promised.
+    gain : of the squared error, in units of the noise.
     fit : the refit, in whose model the parameter varies.
     held_out : errors on blocks of every run, left out in turn; None if the trial ended before.
     objection : why it is not worth having, "" if nothing speaks against it.
@@ -47,7 +48,7 @@ class VariationTrial:
 
     stage: StageProblem
     key: str
-    predicted_gain: float
+    predicted_reduction: float
     fit: LinearizedFit
     gain: float
     held_out: HeldOut | None = None
@@ -58,11 +59,6 @@ class VariationTrial:
         """Share of the error above the noise that went in the refit, all sensors with the same weight."""
         return reduction_of(self.stage.fit.mean_squares, self.fit.mean_squares)
 
-    @property
-    def predicted_reduction(self) -> float:
-        """The share that the Jacobian promised."""
-        return self.reduction * self.predicted_gain / self.gain if self.gain > 0.0 else 0.0
-
 
 def variation_trial(
     stage: StageProblem, left_out: DataLeftOut, options: DiagnoseOptions, progress: Progress
@@ -72,14 +68,14 @@ def variation_trial(
     One that frees nothing comes first: ambient temperatures of the runs in the place of their start temperatures.
     """
     keys = _promising(stage, options)
-    trials = each([partial(_refitted, stage, key, gain, options) for key, gain in keys], "refits", progress)
+    trials = each([partial(_refitted, stage, key, share, options) for key, share in keys], "refits", progress)
     ranked = sorted(trials, key=lambda t: (t.fit.independent > stage.fit.independent, -t.gain))
     judged = (_judged(trial, left_out, options) for trial in ranked)
     return next((trial for trial in judged if not trial.objection), None)
 
 
 def _promising(stage: StageProblem, options: DiagnoseOptions) -> list[tuple[str, float]]:
-    """The few parameters that promise most, and what; each has to promise a fair share of what is above the noise."""
+    """The few parameters that promise most, and a share of what is above the noise; each has to promise a fair one."""
     problem = stage.fit.problem
     if len(problem.inputs) < 2:
         return []
@@ -91,7 +87,9 @@ def _promising(stage: StageProblem, options: DiagnoseOptions) -> list[tuple[str,
     least = max(options.promise * options.worth_noise * min(counts), options.far * beyond_noise)
     promised = {key: by_run.gain(key)[0] for key in by_run.keys}
     ranked = sorted(promised.items(), key=lambda item: -item[1])
-    return [(key, gain) for key, gain in ranked if gain > least][:REFITTED]
+    few = [key for key, gain in ranked if gain > least][:REFITTED]
+    left = {key: mean_squares(by_run.rest([key]), problem.observed) for key in few}
+    return [(key, reduction_of(stage.fit.mean_squares, left[key])) for key in few]
 
 
 def _explain_together(stage: StageProblem, by_run: ByRun, options: DiagnoseOptions) -> bool:
