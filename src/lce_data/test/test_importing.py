@@ -162,7 +162,9 @@ def test_rows_of_one_sensor_each_at_one_time_are_put_together(tmp_path: Path) ->
 def test_separators_of_thousands_are_refused(tmp_path: Path) -> None:
     rows = [f'{t},"1,200",{k}' for t, k in zip(TIME_S.tolist(), WARM_K.tolist(), strict=True)]
     (tmp_path / "x.csv").write_text("\n".join(["time_s,power_mw,temperature_k", *rows]), encoding="utf-8")
-    with pytest.raises(LceError, match=r"x\.csv: '1,200' and '0\.0' in one table, as if '1,200' had a separator"):
+    with pytest.raises(
+        LceError, match=r"x\.csv: it holds '1,200' and '0\.0', so '1,200' may have a separator of thousands"
+    ):
         read_foreign(tmp_path / "x.csv")
 
 

@@ -177,8 +177,8 @@ def _decimal(path: Path, numbers: Sequence[str]) -> str:
     for cells in (commas, points):
         if commas and points and all(re.fullmatch(THOUSANDS, cell) for cell in cells):
             raise LceError(
-                f"{path}: {commas[0]!r} and {points[0]!r} in one table, as if {cells[0]!r} had a separator of "
-                "thousands, which cannot be told from a decimal sign: save it without"
+                f"{path}: it holds {commas[0]!r} and {points[0]!r}, so {cells[0]!r} may have a separator of thousands; "
+                "save the table without such separators"
             )
     return "," if commas else "."
 
