@@ -191,6 +191,11 @@ def model_of_run(model: Model, run: Run) -> Model:
     return with_ambient_at_rest(model, [run]).of_run(run.name, run.sha256)
 
 
+def says_nothing(run: Run, model: Model) -> bool:
+    """Is there nothing in a run that a model explains? Without a laser power it tells nothing of the heat."""
+    return run.power is None and model.deformation == "none"
+
+
 def simulation_input(run: Run, model: Model) -> SimulationInput:
     """Lay a run out on the grid of its laser power (of its temperature, where no power was recorded).
 
@@ -202,7 +207,7 @@ def simulation_input(run: Run, model: Model) -> SimulationInput:
             f"{run.name}: its strip is {run.strip_length_m} m long, and the model's {model['strip.length']:g} m; "
             f"fit a model to it with --set strip.length={run.strip_length_m}"
         )
-    if run.power is None and model.thermal != "none" and model.deformation == "none":
+    if model.thermal != "none" and says_nothing(run, model):
         raise LceError(f"{run.name}: no laser power was recorded, and the model has only a thermal stage")
     if run.power is None:
         if run.temperature is None:

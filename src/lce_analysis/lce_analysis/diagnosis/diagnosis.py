@@ -29,7 +29,7 @@ from lce_analysis.identification.at_bounds import AtBound, at_bounds
 from lce_analysis.identification.stages import acts_on_temperature
 from lce_analysis.inputs import lacks
 from lce_analysis.options import DiagnoseOptions, Drive
-from lce_analysis.prediction import predict
+from lce_analysis.prediction import predict, says_nothing
 from lce_analysis.signatures import Signature
 from lce_data.channels import SENSORS, TEMPERATURE, Channel
 from lce_data.noise import sensor_noise
@@ -413,8 +413,8 @@ def errors(model: Model, runs: Sequence[Run], drive: Drive = "model") -> Errors:
     modelled: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     measured: dict[Channel, list[Floats]] = {channel: [] for channel in SENSORS}
     for run in runs:
-        if run.power is None and model.deformation == "none":
-            continue  # the run says nothing of the heat
+        if says_nothing(run, model):
+            continue
         for channel, values in predict(model, run, drive).at_samples.items():
             modelled[channel].append(values)
             measured[channel].append(run.series[channel].value)

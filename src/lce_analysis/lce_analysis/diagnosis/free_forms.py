@@ -166,7 +166,7 @@ def _of_displacement(misfit: Misfit) -> Misfit:
 def _takes_most(search: Search, alone: StageProblem, one: _Contender, held_out: HeldOut) -> bool:
     """Does the effect take most of what the curves leave, in the runs and of data left out, with one strength?
 
-    At an end of what it can be, as creep that takes longer than the runs, it may stand in for something else.
+    At an end of what it can be, or with a time constant longer than the runs, it may stand in for something else.
     """
     models = alone.fit.problem.model, one.general.fit.problem.model
     effect, runs = one.trial.effect, search.data.judged.runs

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lce_analysis.jumps import away_from, discontinuities
 from lce_analysis.options import Drive
-from lce_analysis.prediction import MECHANICAL, predict
+from lce_analysis.prediction import MECHANICAL, predict, says_nothing
 from lce_data.channels import SENSORS, Channel
 from lce_data.noise import noise_floor
 from lce_data.run import Run
@@ -98,8 +98,8 @@ class JudgedRuns:
         """Errors of each model: on every sample, and on those away from the jumps of all."""
         rows: list[tuple[Channel, NDArray[np.bool_], list[Floats]]] = []
         for run, noise in zip(self.runs, self.noise, strict=True):
-            if run.power is None and models[0].deformation == "none":
-                continue  # the run says nothing of the heat
+            if says_nothing(run, models[0]):
+                continue
             predictions = [predict(model, run, drive).at_samples for model in models]
             for channel in (c for c in predictions[0] if c in channels):
                 series, modelled = run.series[channel], [p[channel] for p in predictions]

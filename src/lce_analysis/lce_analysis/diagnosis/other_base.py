@@ -58,7 +58,7 @@ class OtherBase:
     present: Misfit
     other: Misfit
     runs: tuple[str, ...]
-    jumps: bool = False
+    jumps: bool
 
     @property
     def deformation(self) -> str:
@@ -134,7 +134,7 @@ class OtherBases:
         names = tuple(run.name for run in _judged(search).runs)
         away, every = pair.judged_after.samples[DISPLACEMENT].sum(), pair.after.samples[DISPLACEMENT].sum()
         judged = pair.judged_before, pair.judged_after
-        return OtherBase(model, steps, tuple(_names(present.model)), *judged, names, jumps=bool(away < every))
+        return OtherBase(model, steps, tuple(_names(present.model)), *judged, names, bool(away < every))
 
     def _quickest_does_as_well(self, before: Model, model: Model) -> bool:
         """Does the quickest, without effects, do what a model does that has more of them than the one before?"""
